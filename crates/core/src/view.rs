@@ -1,0 +1,272 @@
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+use crate::{Ray, solid_angle};
+
+/// How a [`View`] maps its image plane to rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// All rays start at the view's origin.
+    Perspective {
+        /// Tangent of half the horizontal and half the vertical opening angle.
+        tan_half: Vec2,
+    },
+    /// All rays are parallel to the view's forward axis.
+    Orthographic {
+        /// Half the width and half the height, metres.
+        half_size: Vec2,
+    },
+}
+
+/// A rectangular window into the scene: a camera, a spot light's map, one face of a point light's cube, or a directional
+/// light's map. Everything that turns pixels into rays, and vertices into clip space, for CPU and GPU alike.
+///
+/// `right`, `up` and `forward` are orthonormal and right-handed with `right × up = −forward`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Eye of a perspective view, or the centre of an orthographic view's start plane, metres.
+    pub origin: Vec3,
+    /// Unit vector to the right of the image.
+    pub right: Vec3,
+    /// Unit vector to the top of the image.
+    pub up: Vec3,
+    /// Unit view direction.
+    pub forward: Vec3,
+    /// Perspective or orthographic.
+    pub projection: Projection,
+    /// Nearest visible view depth, metres, `> 0` for a perspective view.
+    pub near: f32,
+    /// Farthest visible view depth, metres; may be infinite for a perspective view.
+    pub far: f32,
+}
+
+impl View {
+    /// A view from `origin` along `forward`; `up` only needs to differ from `forward`, where it does not any
+    /// perpendicular serves.
+    #[must_use]
+    pub fn look_to(
+        origin: Vec3,
+        forward: Vec3,
+        up: Vec3,
+        projection: Projection,
+        near: f32,
+        far: f32,
+    ) -> Self {
+        let forward = crate::math::normalize_or(forward, Vec3::NEG_Z);
+        let right = forward.cross(up);
+        let right = if right.length_squared() > 1e-12 * up.length_squared() {
+            right.normalize()
+        } else {
+            crate::math::orthonormal_basis(forward).0
+        };
+        Self { origin, right, up: right.cross(forward), forward, projection, near, far }
+    }
+
+    /// The point of the image plane at view depth 1 (perspective) or in metres (orthographic) for the continuous pixel
+    /// coordinate `pixel` (`(0, 0)` is the top left corner of the image) of an image of `size` pixels.
+    #[must_use]
+    #[inline]
+    pub fn plane_point(&self, pixel: Vec2, size: [u32; 2]) -> Vec2 {
+        let ndc = Vec2::new(2.0 * pixel.x / size[0] as f32 - 1.0, 1.0 - 2.0 * pixel.y / size[1] as f32);
+        match self.projection {
+            Projection::Perspective { tan_half } => ndc * tan_half,
+            Projection::Orthographic { half_size } => ndc * half_size,
+        }
+    }
+
+    /// The ray through the continuous pixel coordinate `pixel`, from the near to the far plane. Its direction is not
+    /// normalized but has view depth 1 per unit of `t`: a hit at `t` has the view depth `near + t`.
+    #[must_use]
+    #[inline]
+    pub fn ray(&self, pixel: Vec2, size: [u32; 2]) -> Ray {
+        let p = self.plane_point(pixel, size);
+        let lateral = self.right * p.x + self.up * p.y;
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { .. } => (self.origin, self.forward + lateral),
+            Projection::Orthographic { .. } => (self.origin + lateral, self.forward),
+        };
+        Ray { origin: origin + direction * self.near, direction, t_max: self.far - self.near }
+    }
+
+    /// Where the ray through the continuous pixel coordinate `pixel` meets the plane of a triangle `[v0, v1, v2]`: the
+    /// barycentric weights of `v1` and `v2`, clamped to the triangle, and the view depth, metres.
+    ///
+    /// For whoever knows by other means that the texel sees the triangle, such as a rasteriser, which snaps corners to a
+    /// fraction of a texel: clamping keeps the result finite and on the surface, even edge-on. CPU and GPU evaluate
+    /// G-buffers by this function, step by step alike, so that what they see of a triangle agrees to rounding however
+    /// small or slanted it is. The corners are sheared into a frame in which the ray is the z axis (Woop, Benthin & Wald
+    /// 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1)).
+    #[must_use]
+    #[inline]
+    pub fn barycentrics(&self, pixel: Vec2, size: [u32; 2], corners: [Vec3; 3]) -> (Vec2, f32) {
+        let plane = self.plane_point(pixel, size);
+        let parallel = matches!(self.projection, Projection::Orthographic { .. });
+        // The origin is subtracted first: digits survive far from 0.
+        let local = corners.map(|p| {
+            let d = p - self.origin;
+            Vec3::new(self.right.dot(d), self.up.dot(d), self.forward.dot(d))
+        });
+        let [a, b, c] = local.map(|l| l.truncate() - plane * if parallel { 1.0 } else { l.z });
+        let w = Vec3::new(c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
+        // Both faces are seen: the three weights share the sign of their sum.
+        let w = (if w.x + w.y + w.z < 0.0 { -w } else { w }).max(Vec3::ZERO);
+        let sum = w.x + w.y + w.z;
+        let (u, v) = if sum > 0.0 { (w.y / sum, w.z / sum) } else { (0.0, 0.0) };
+        let depth = local[0].z * (1.0 - u - v) + local[1].z * u + local[2].z * v;
+        (Vec2::new(u, v), depth)
+    }
+
+    /// Exact solid angle of pixel `(x, y)` of a perspective view, sr; `None` for an orthographic view.
+    #[must_use]
+    pub fn texel_solid_angle(&self, x: u32, y: u32, size: [u32; 2]) -> Option<f32> {
+        let (x, y) = (x as f32, y as f32);
+        let lo = self.plane_point(Vec2::new(x, y + 1.0), size);
+        let hi = self.plane_point(Vec2::new(x + 1.0, y), size);
+        matches!(self.projection, Projection::Perspective { .. }).then(|| solid_angle::rectangle(lo, hi))
+    }
+
+    /// Area of one texel of an orthographic view across its axis, m²; `None` for a perspective view.
+    #[must_use]
+    pub fn texel_area(&self, size: [u32; 2]) -> Option<f32> {
+        match self.projection {
+            Projection::Perspective { .. } => None,
+            Projection::Orthographic { half_size } => {
+                Some(4.0 * half_size.x * half_size.y / (size[0] as f32 * size[1] as f32))
+            }
+        }
+    }
+
+    /// View depth of `p`, metres.
+    #[must_use]
+    #[inline]
+    pub fn depth(&self, p: Vec3) -> f32 {
+        (p - self.origin).dot(self.forward)
+    }
+
+    /// The continuous pixel coordinate and view depth of a world point; `None` at or behind the eye of a perspective
+    /// view.
+    #[must_use]
+    pub fn project(&self, p: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
+        let c = self.clip_from_world() * p.extend(1.0);
+        if c.w <= 0.0 {
+            return None;
+        }
+        let ndc = Vec2::new(c.x, c.y) / c.w;
+        let pixel = Vec2::new((ndc.x + 1.0) * 0.5 * size[0] as f32, (1.0 - ndc.y) * 0.5 * size[1] as f32);
+        Some((pixel, self.depth(p)))
+    }
+
+    /// World to clip space with reversed depth: NDC z is 1 at `near` and 0 at `far`, which keeps f32 depth even.
+    #[must_use]
+    pub fn clip_from_world(&self) -> Mat4 {
+        let row = |axis: Vec3| axis.extend(-axis.dot(self.origin));
+        let (right, up, depth) = (row(self.right), row(self.up), row(self.forward));
+        let (near, far) = (self.near, self.far);
+        let unit_w = Vec4::W;
+        let (x, y, z, w) = match self.projection {
+            Projection::Perspective { tan_half } => {
+                // z = near·(far − d)/(far − near), w = d; the limit for an infinite far plane is near.
+                let (a, b) = if far.is_finite() {
+                    (-near / (far - near), near * far / (far - near))
+                } else {
+                    (0.0, near)
+                };
+                (right / tan_half.x, up / tan_half.y, depth * a + unit_w * b, depth)
+            }
+            Projection::Orthographic { half_size } => {
+                let scale = 1.0 / (far - near);
+                (right / half_size.x, up / half_size.y, unit_w * (far * scale) - depth * scale, unit_w)
+            }
+        };
+        Mat4::from_cols(x, y, z, w).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn views() -> [View; 2] {
+        let look = |p, far| {
+            View::look_to(Vec3::new(1.0, 2.0, 3.0), Vec3::new(1.0, -0.5, -2.0), Vec3::Y, p, 0.1, far)
+        };
+        [
+            look(Projection::Perspective { tan_half: Vec2::new(0.8, 0.5) }, f32::INFINITY),
+            look(Projection::Orthographic { half_size: Vec2::new(8.0, 5.0) }, 50.0),
+        ]
+    }
+
+    #[test]
+    fn rays_project_back_to_their_pixel() {
+        let size = [64, 40];
+        for view in views() {
+            for pixel in [Vec2::new(0.5, 0.5), Vec2::new(32.0, 20.0), Vec2::new(63.5, 3.25)] {
+                let p = view.ray(pixel, size).at(7.0 - view.near);
+                let (back, depth) = view.project(p, size).unwrap();
+                assert_relative_eq!(depth, 7.0, max_relative = 1e-5);
+                assert!((back - pixel).length() < 1e-3, "{pixel} {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn barycentrics_are_those_of_the_point_and_stay_in_the_triangle() {
+        let size = [64, 40];
+        for view in views() {
+            // A triangle that is seen, from either side; its corners are anywhere in front of the view.
+            let at = |x, y, depth: f32| view.ray(Vec2::new(x, y), size).at(depth - view.near);
+            let corners = [at(5.0, 6.0, 3.0), at(60.0, 9.0, 9.0), at(20.0, 38.0, 5.0)];
+            for (u, v) in [(0.2, 0.3), (0.0, 0.0), (0.1, 0.9), (0.5, 0.5)] {
+                let p = corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v;
+                let (pixel, depth) = view.project(p, size).unwrap();
+                let (found, found_depth) = view.barycentrics(pixel, size, corners);
+                assert!((found - Vec2::new(u, v)).length() < 1e-5, "{found} for {u} {v}");
+                assert_relative_eq!(found_depth, depth, max_relative = 1e-5);
+                let flipped = [corners[0], corners[2], corners[1]];
+                let (found, _) = view.barycentrics(pixel, size, flipped);
+                assert!((found - Vec2::new(v, u)).length() < 1e-5, "{found} for {v} {u}");
+            }
+            for pixel in [Vec2::ZERO, Vec2::new(64.0, 0.0), Vec2::new(30.0, 40.0)] {
+                for corners in [corners, [corners[0]; 3], [corners[0], corners[1], corners[0]]] {
+                    let (w, depth) = view.barycentrics(pixel, size, corners);
+                    assert!(w.min_element() >= 0.0 && w.element_sum() <= 1.0 + 1e-6, "{w}");
+                    assert!((3.0 - 1e-4..=9.0 + 1e-4).contains(&depth), "{depth}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn depth_is_reversed() {
+        for view in views() {
+            let ndc = |depth: f32| {
+                let c = view.clip_from_world() * (view.origin + view.forward * depth).extend(1.0);
+                c.z / c.w
+            };
+            assert_relative_eq!(ndc(view.near), 1.0, epsilon = 1e-5);
+            assert!(ndc(1.0) > ndc(2.0) && ndc(2.0) > ndc(49.0) && ndc(49.0) > 0.0);
+        }
+    }
+
+    #[test]
+    fn axes_are_right_handed_even_when_up_is_the_direction() {
+        for forward in [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::new(1.0, 1e-9, 0.0)] {
+            let v = View::look_to(Vec3::ZERO, forward, Vec3::Y, views()[0].projection, 0.1, 1.0);
+            assert!((v.right.cross(v.up) + v.forward).length() < 1e-6, "{v:?}");
+        }
+    }
+
+    #[test]
+    fn texels_cover_the_frustum() {
+        let [perspective, orthographic] = views();
+        let size = [32, 16];
+        let sum: f32 =
+            (0..32 * 16).map(|i| perspective.texel_solid_angle(i % 32, i / 32, size).unwrap()).sum();
+        let whole = solid_angle::rectangle(Vec2::new(-0.8, -0.5), Vec2::new(0.8, 0.5));
+        assert_relative_eq!(sum, whole, max_relative = 1e-5);
+        assert_relative_eq!(orthographic.texel_area(size).unwrap() * 512.0, 160.0, max_relative = 1e-6);
+        assert!(
+            orthographic.texel_solid_angle(0, 0, size).is_none() && perspective.texel_area(size).is_none()
+        );
+    }
+}
