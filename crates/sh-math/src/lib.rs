@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+mod basis;
+mod batch;
+mod dering;
+mod gradient;
+mod lights;
+mod minimum;
+#[cfg(feature = "half")]
+mod pack;
+mod product;
+mod product_table;
+mod quadrature;
+mod real;
+mod rotation;
+mod sh;
+mod table;
+pub mod twins;
+mod zonal;
+
+pub use basis::{basis, basis_by_recurrence, unit};
+pub use batch::{BatchError, basis_batch};
+pub use dering::Mean;
+pub use gradient::basis_and_gradient;
+pub use minimum::Minimum;
+#[cfg(feature = "half")]
+pub use pack::PackedSh;
+pub use quadrature::{Quadrature, gauss_legendre};
+pub use real::{Real, Value};
+pub use rotation::Rotation;
+pub use sh::{Sh, ShL1, ShL2, ShL3, ShL4, band};
+pub use zonal::Zonal;
