@@ -1,0 +1,149 @@
+//! Meshes and random numbers that the tests share.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use glam::{Mat3, Vec3};
+use indirect_core::math::orthonormal_basis;
+use indirect_core::{Material, Scene};
+
+/// A reproducible stream of numbers (PCG-RXS-M-XS 32).
+pub(crate) struct Random(pub(crate) u32);
+
+impl Random {
+    pub(crate) fn bits(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let word = ((self.0 >> ((self.0 >> 28) + 4)) ^ self.0).wrapping_mul(277_803_737);
+        (word >> 22) ^ word
+    }
+
+    /// Uniform in `[0, 1)`.
+    pub(crate) fn unit(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        ((u64::from(self.bits()) * n as u64) >> 32) as usize
+    }
+
+    /// Uniform in the cube `[-1, 1)³`.
+    pub(crate) fn cube(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+
+    /// Uniform on the unit sphere.
+    pub(crate) fn direction(&mut self) -> Vec3 {
+        loop {
+            let p = self.cube();
+            let l = p.length_squared();
+            if l > 1e-3 && l <= 1.0 {
+                return p / l.sqrt();
+            }
+        }
+    }
+
+    /// Cosine-distributed about `n`.
+    pub(crate) fn hemisphere(&mut self, n: Vec3) -> Vec3 {
+        let (t, b) = orthonormal_basis(n);
+        let (r2, phi) = (self.unit(), core::f32::consts::TAU * self.unit());
+        t * (r2.sqrt() * phi.cos()) + b * (r2.sqrt() * phi.sin()) + n * (1.0 - r2).sqrt()
+    }
+
+    /// Barycentric coordinates of a point spread uniformly over a triangle.
+    pub(crate) fn barycentric(&mut self) -> (f32, f32) {
+        let (a, b) = (self.unit().sqrt(), self.unit());
+        (a * (1.0 - b), a * b)
+    }
+}
+
+/// A scene of these triangles with one grey material.
+pub(crate) fn scene(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Scene {
+    let mut scene =
+        Scene { materials: vec![Material::diffuse("grey", Vec3::splat(0.5))], ..Scene::default() };
+    scene.mesh.normals = vec![Vec3::Y; positions.len()];
+    scene.mesh.positions = positions;
+    scene.mesh.materials = vec![0; triangles.len()];
+    scene.mesh.triangles = triangles;
+    scene
+}
+
+/// The same scene, scaled, then moved: vertices round, but shared ones stay shared.
+pub(crate) fn placed(mut scene: Scene, scale: f32, offset: Vec3) -> Scene {
+    for p in &mut scene.mesh.positions {
+        *p = *p * scale + offset;
+    }
+    scene
+}
+
+/// Two scenes as one.
+pub(crate) fn both(mut a: Scene, b: Scene) -> Scene {
+    let base = a.mesh.positions.len() as u32;
+    a.mesh.positions.extend(b.mesh.positions);
+    a.mesh.triangles.extend(b.mesh.triangles.iter().map(|t| t.map(|i| i + base)));
+    scene(a.mesh.positions, a.mesh.triangles)
+}
+
+/// A closed sphere of radius about 1 with bumps, `4·n·(n−1)` triangles: poles, and `2n` vertices on each of `n−1` rings.
+pub(crate) fn bumpy_sphere(n: u32) -> Scene {
+    use core::f32::consts::PI;
+    let around = 2 * n;
+    let mut positions = vec![Vec3::Y, Vec3::NEG_Y];
+    for j in 1..n {
+        let theta = PI * j as f32 / n as f32;
+        for i in 0..around {
+            let phi = PI * i as f32 / n as f32;
+            let r = 1.0 + 0.1 * (7.0 * phi).sin() * (5.0 * theta).sin() * theta.sin();
+            positions.push(r * Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin()));
+        }
+    }
+    let at = |j: u32, i: u32| 2 + (j - 1) * around + i % around;
+    let mut triangles = Vec::new();
+    for i in 0..around {
+        triangles.push([0, at(1, i + 1), at(1, i)]);
+        triangles.push([1, at(n - 1, i), at(n - 1, i + 1)]);
+        for j in 1..n - 1 {
+            triangles.push([at(j, i), at(j, i + 1), at(j + 1, i + 1)]);
+            triangles.push([at(j, i), at(j + 1, i + 1), at(j + 1, i)]);
+        }
+    }
+    scene(positions, triangles)
+}
+
+/// Two cones base to base: `2·n` slivers of aspect ratio about `n/6` that all meet in two points.
+pub(crate) fn slivers(n: u32) -> Scene {
+    let angle = |i: u32| core::f32::consts::TAU * i as f32 / n as f32;
+    let ring = (0..n).map(|i| Vec3::new(angle(i).cos(), 0.0, angle(i).sin()));
+    let positions = [Vec3::Y, Vec3::NEG_Y].into_iter().chain(ring).collect();
+    let side = |i: u32| [[0, 2 + (i + 1) % n, 2 + i], [1, 2 + i, 2 + (i + 1) % n]];
+    scene(positions, (0..n).flat_map(side).collect())
+}
+
+/// A cube of half-edge 1, its faces split into `n·n` squares of two triangles, turned by `rotation`.
+pub(crate) fn cube(n: u32, rotation: Mat3) -> Scene {
+    let mut positions: Vec<Vec3> = Vec::new();
+    let mut index = std::collections::HashMap::new();
+    let mut triangles = Vec::new();
+    let mut vertex = |p: [i64; 3]| {
+        *index.entry(p).or_insert_with(|| {
+            let unit = |c: i64| c as f32 / n as f32 * 2.0 - 1.0;
+            positions.push(rotation * Vec3::new(unit(p[0]), unit(p[1]), unit(p[2])));
+            positions.len() as u32 - 1
+        })
+    };
+    let n = i64::from(n);
+    for axis in 0..3 {
+        for side in [0, n] {
+            for i in 0..n {
+                for j in 0..n {
+                    let mut corner = |a: i64, b: i64| {
+                        let mut p = [0; 3];
+                        (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, i + a, j + b);
+                        vertex(p)
+                    };
+                    let (p, q, r, s) = (corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1));
+                    let quad = if side == 0 { [[p, r, q], [p, s, r]] } else { [[p, q, r], [p, r, s]] };
+                    triangles.extend(quad);
+                }
+            }
+        }
+    }
+    scene(positions, triangles)
+}
