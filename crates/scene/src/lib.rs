@@ -1,0 +1,12 @@
+#![doc = include_str!("../README.md")]
+
+pub mod exr;
+pub mod fixtures;
+pub mod png;
+
+mod error;
+mod load;
+
+pub use error::{ImageFileError, SceneLoadError};
+pub use fixtures::resolve;
+pub use load::{LoadOptions, LoadStats, Loaded, load, load_bytes};
