@@ -1,0 +1,119 @@
+#![doc = include_str!("../README.md")]
+//!
+//! # Adding a shader
+//!
+//! 1. Put the file under `wgsl/<room>/<pass>.wgsl`, named like the Rust file of its CPU twin. Three lines of header: what it
+//!    does, where its twin is, where the mathematics comes from.
+//! 2. Add one entry to the table at the end of `src/lib.rs`: a constant, the files in reading order, the entry points.
+//!
+//! WGSL does not care about the order of declarations, so composition is concatenation. Names are shared by all files of a
+//! module: prefix what is not obviously unique with the file's stem (`octahedral_encode`, not `encode`). Permutations are
+//! `override` constants. Everything stays inside WebGPU's default limits and uses no optional feature; the tests of this
+//! crate check that, and that every `.wgsl` file belongs to a module.
+//!
+//! Bind group 0 belongs to `core/scene.wgsl` in modules that include it; the rest of a module starts at group 1.
+
+#![no_std]
+
+extern crate alloc;
+
+use alloc::string::String;
+
+/// A shader module: WGSL files that are concatenated, and the entry points that the result has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Module {
+    /// Name, for labels and messages.
+    pub name: &'static str,
+    /// Path below `wgsl/` and text of each file.
+    pub files: &'static [(&'static str, &'static str)],
+    /// Names of the entry points; empty for a library that other modules include.
+    pub entry_points: &'static [&'static str],
+}
+
+impl Module {
+    /// The composed WGSL source.
+    #[must_use]
+    pub fn source(&self) -> String {
+        let mut source = String::with_capacity(self.files.iter().map(|(_, text)| text.len() + 1).sum());
+        for (_, text) in self.files {
+            source.push_str(text);
+            if !text.ends_with('\n') {
+                source.push('\n');
+            }
+        }
+        source
+    }
+
+    /// The file and line (from 1) of a line (from 1) of [`Self::source`]; `None` beyond its end.
+    #[must_use]
+    pub fn locate(&self, line: usize) -> Option<(&'static str, usize)> {
+        let mut rest = line.checked_sub(1)?;
+        for (path, text) in self.files {
+            let lines = text.lines().count();
+            if rest < lines {
+                return Some((path, rest + 1));
+            }
+            rest -= lines;
+        }
+        None
+    }
+}
+
+macro_rules! modules {
+    ($($(#[$doc:meta])* $name:ident = [$($file:literal),+ $(,)?] => [$($entry:literal),* $(,)?];)+) => {
+        $(
+            $(#[$doc])*
+            pub const $name: Module = Module {
+                name: stringify!($name),
+                files: &[$(($file, include_str!(concat!("../wgsl/", $file)))),+],
+                entry_points: &[$($entry),*],
+            };
+        )+
+
+        /// Every module of the table.
+        pub const MODULES: &[Module] = &[$($name),+];
+    };
+}
+
+modules! {
+    /// Octahedral unit vectors; twin of `indirect_core::octahedral`.
+    OCTAHEDRAL = ["core/octahedral.wgsl"] => [];
+    /// Form factors of points, discs and patches; twin of `indirect_core::form_factor`.
+    FORM_FACTOR = ["core/form_factor.wgsl"] => [];
+    /// Real spherical harmonics up to l = 2; twin of `sh_math::twins`.
+    SH = ["sh/sh.wgsl"] => [];
+    /// Counter-based hashes; twin of `indirect_sampling::rng`.
+    RNG = ["sampling/rng.wgsl"] => [];
+    /// The scrambled 2-D Sobol' sequence; twin of `indirect_sampling::sobol`.
+    SOBOL = ["sampling/rng.wgsl", "sampling/sobol.wgsl"] => [];
+    /// Radical inverses; twin of `indirect_sampling::halton`.
+    HALTON = ["sampling/halton.wgsl"] => [];
+    /// Discs, hemispheres, cones and triangles from the unit square; twin of `indirect_sampling::mapping`.
+    MAPPING = ["sampling/mapping.wgsl"] => [];
+    /// Index of an invocation in a one-dimensional grid of any size; twin of `indirect_gpu::workgroups_1d`.
+    GRID = ["core/grid.wgsl"] => [];
+    /// Flux and footprint of every texel of a reflective shadow map; twin of `rsm::cpu::flux`.
+    RSM_FLUX = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/flux.wgsl"] => ["flux"];
+    /// Mip pyramid of a reflective shadow map; twin of `rsm::cpu::pyramid`.
+    RSM_PYRAMID = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/pyramid.wgsl"] => ["pyramid_leaf", "pyramid_parent"];
+    /// Virtual point lights from reflective shadow maps; twin of `rsm::cpu::vpls`.
+    RSM_VPLS = ["core/grid.wgsl", "sampling/warp.wgsl", "rsm/layout.wgsl", "rsm/vpls.wgsl"] => ["vpls_all", "vpls_grid", "vpls_importance"];
+    /// Drops virtual point lights without flux; twin of `rsm::cpu::compact`.
+    RSM_COMPACT = ["rsm/layout.wgsl", "rsm/compact.wgsl"] => ["compact"];
+    /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
+    RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
+    /// Radiance that leaves each pixel; twin of `rsm::cpu::shade`.
+    RSM_SHADE = ["core/grid.wgsl", "rsm/shade.wgsl"] => ["shade"];
+    /// Texels to rays and points to clip space; twin of `indirect_core::View`.
+    VIEW = ["core/view.wgsl"] => [];
+    /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.
+    SCENE = ["core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl"] => [];
+    /// Draws triangle numbers and depth; host: `indirect_gpu::Raster`.
+    VISIBILITY = [
+        "core/view.wgsl", "core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl", "raster/visibility.wgsl",
+    ] => ["visibility_vertex", "visibility", "visibility_masked"];
+    /// Triangle numbers to G-buffer; host: `indirect_gpu::Raster`.
+    RESOLVE = [
+        "core/view.wgsl", "core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl", "raster/resolve.wgsl",
+    ] => ["resolve"];
+}

@@ -1,0 +1,104 @@
+// pyramid: bounds and sums over the lit texels of a map, level by level; one dispatch per level.
+// Twin: crates/rsm/src/cpu/pyramid.rs.
+
+/// Where a level and the finer one below it lie in `nodes`.
+struct LevelPair {
+    fine_offset: u32,
+    fine_width: u32,
+    fine_height: u32,
+    coarse_offset: u32,
+    coarse_width: u32,
+    coarse_height: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+@group(0) @binding(0) var<uniform> levels: LevelPair;
+@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> texels: array<Texel>;
+@group(0) @binding(4) var<storage, read_write> nodes: array<Node>;
+
+const NODE_EMPTY: Node = Node(vec3(0.0), 0x1.fffffep+127, vec3(0.0), 0.0, vec3(0.0), 0.0);
+
+@compute @workgroup_size(64)
+fn pyramid_leaf(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < arrayLength(&texels) {
+        nodes[i] = leaf(positions[i].w, normals[i].xyz, texels[i]);
+    }
+}
+
+@compute @workgroup_size(64)
+fn pyramid_parent(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < levels.coarse_width * levels.coarse_height {
+        nodes[levels.coarse_offset + i] = parent(i % levels.coarse_width, i / levels.coarse_width);
+    }
+}
+
+/// The node of one texel.
+fn leaf(depth: f32, normal: vec3<f32>, texel: Texel) -> Node {
+    if max(max(texel.incident.x, texel.incident.y), texel.incident.z) <= 0.0 {
+        return NODE_EMPTY;
+    }
+    return Node(texel.reflected, depth, texel.incident, depth, normal, 0.0);
+}
+
+/// The node above the up to four children at (2x, 2y)…(2x+1, 2y+1).
+fn parent(x: u32, y: u32) -> Node {
+    var node = NODE_EMPTY;
+    var axis = vec3(0.0);
+    let x_end = min(2u * x + 2u, levels.fine_width);
+    let y_end = min(2u * y + 2u, levels.fine_height);
+    for (var cy = 2u * y; cy < y_end; cy++) {
+        for (var cx = 2u * x; cx < x_end; cx++) {
+            let child = nodes[levels.fine_offset + cy * levels.fine_width + cx];
+            node.reflected += child.reflected;
+            node.incident += child.incident;
+            node.depth_min = min(node.depth_min, child.depth_min);
+            node.depth_max = max(node.depth_max, child.depth_max);
+            axis += child.cone_axis;
+        }
+    }
+    if node.depth_min > node.depth_max {
+        return node;
+    }
+    let length = sqrt(dot(axis, axis));
+    if length < 1e-3 {
+        // Normals that cancel: no axis is better than another, the cone is everything.
+        node.cone_axis = vec3(0.0, 0.0, 1.0);
+        node.cone_versine = 2.0;
+        return node;
+    }
+    node.cone_axis = axis * (1.0 / length);
+    for (var cy = 2u * y; cy < y_end; cy++) {
+        for (var cx = 2u * x; cx < x_end; cx++) {
+            let child = nodes[levels.fine_offset + cy * levels.fine_width + cx];
+            if child.depth_min <= child.depth_max {
+                let offset = child.cone_axis - node.cone_axis;
+                // |a − b|²/2 is 1 − cos of the angle between unit vectors, without its cancellation.
+                let versine = versine_of_sum(0.5 * dot(offset, offset), child.cone_versine);
+                node.cone_versine = max(node.cone_versine, versine);
+            }
+        }
+    }
+    return node;
+}
+
+/// 1 − cos(α + β) from 1 − cos α and 1 − cos β, 2 from half a turn on.
+fn versine_of_sum(a: f32, b: f32) -> f32 {
+    if a + b >= 2.0 {
+        return 2.0;
+    }
+    let sines = sqrt(max(a * (2.0 - a) * b * (2.0 - b), 0.0));
+    return min(a + b - a * b + sines, 2.0);
+}
