@@ -1,0 +1,16 @@
+//! What the tests of the workspace share: the adapter they run on, the comparison of a GPU result with its CPU twin, and
+//! the check that both agree on memory layout.
+//!
+//! * [`gpu`]: a device, or a visible skip, or a failure where `INDIRECT_REQUIRE_GPU=1`.
+//! * [`compare`], [`compare_exact`]: two sides of different types, so that a side cannot be compared with itself by
+//!   mistake.
+//! * [`assert_layout!`], [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
+
+mod adapter;
+mod compare;
+pub mod layout;
+
+pub use adapter::{REQUIRE_GPU_VARIABLE, gpu};
+pub use compare::{
+    CompareError, Comparison, CpuOutput, Element, GpuOutput, Tolerance, Worst, compare, compare_exact,
+};
