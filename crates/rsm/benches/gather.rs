@@ -1,0 +1,59 @@
+//! Throughput of the gather on both backends, pixels × VPLs per second.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::Vec3;
+use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
+use indirect_gpu::{AdapterChoice, Context, PassTimer, Vec3Pad, storage_buffer};
+use rsm::gpu::{Gather, GatherResources};
+use rsm::{Form, Vpl, cpu};
+
+const PIXELS: u32 = 256 * 256;
+const VPLS: u32 = 1024;
+
+fn vpls() -> Vec<Vpl> {
+    (0..VPLS)
+        .map(|i| {
+            let t = i as f32;
+            Vpl::new(Vec3::new(t.sin(), 2.0, t.cos()), Vec3::NEG_Y, Vec3::new(1.0, 0.5, 0.2), 1e-3)
+        })
+        .collect()
+}
+
+fn receivers() -> impl Iterator<Item = (Vec3, Vec3)> {
+    (0..PIXELS).map(|i| (Vec3::new((i % 256) as f32, 0.0, (i / 256) as f32) * 0.01, Vec3::Y))
+}
+
+fn gather(c: &mut Criterion) {
+    let mut group = c.benchmark_group("gather");
+    group.sample_size(10).throughput(Throughput::Elements(u64::from(PIXELS) * u64::from(VPLS)));
+    let (vpls, points) = (vpls(), receivers().collect::<cpu::Receivers>());
+    group.bench_function(BenchmarkId::new("cpu", rayon::current_num_threads()), |b| {
+        b.iter(|| cpu::gather(&vpls, &points, Form::Disc));
+    });
+    if let Ok(context) = Context::new(&AdapterChoice::from_env()) {
+        let (device, queue) = (&context.device, &context.queue);
+        let column = |get: fn((Vec3, Vec3)) -> Vec3| {
+            let data: Vec<_> = receivers().map(|r| Vec3Pad::new(get(r), 0.0)).collect();
+            storage_buffer(device, "receivers", &data)
+        };
+        let (Ok(positions), Ok(normals)) = (column(|r| r.0), column(|r| r.1)) else { return };
+        let kernel = Gather::new(device);
+        let Ok(resources) = GatherResources::new(device, &kernel, VPLS, &positions, &normals, PIXELS) else {
+            return;
+        };
+        resources.prepare(queue, Form::Disc);
+        resources.write_vpls(queue, &vpls);
+        group.bench_function(BenchmarkId::new("gpu", &context.info.name), |b| {
+            b.iter(|| {
+                let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+                let encoded = kernel.encode(&mut encoder, &mut PassTimer::off(), &resources);
+                queue.submit([encoder.finish()]);
+                (encoded.is_ok(), device.poll(PollType::wait_indefinitely()).is_ok())
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, gather);
+criterion_main!(benches);

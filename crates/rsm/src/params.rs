@@ -1,0 +1,120 @@
+use glam::Vec2;
+
+use crate::Error;
+
+/// Which texels of the maps become virtual point lights (VPLs).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// Every texel that reflects light. The gather then converges to unoccluded one-bounce transport as the resolution
+    /// grows; cost grows with its square. For ground truth, not for frames.
+    All,
+    /// `cells × cells` cells per map, each a VPL with the whole flux and area of its cell at the cell's most central
+    /// reflecting texel. No noise; light from small bright regions lands at the wrong place by up to half a cell.
+    Grid {
+        /// Cells along each side of each map, `1..=resolution` (more are cut down to the resolution).
+        cells: u32,
+    },
+    /// `count` texels over all maps together, drawn in proportion to the luminance of their reflected flux by hierarchical
+    /// warping of a low-discrepancy sequence: every VPL carries the same luminance, and their sum is that of the maps.
+    Importance {
+        /// Number of VPLs, at least 1. Higher: less noise, cost grows in proportion.
+        count: u32,
+    },
+}
+
+impl Selection {
+    /// Slots, one VPL each, that this selection needs for `maps` maps of `resolution²` texels.
+    #[must_use]
+    pub fn slot_count(self, maps: usize, resolution: u32) -> usize {
+        let square = |n: u32| n as usize * n as usize;
+        match self {
+            Self::All => maps * square(resolution),
+            Self::Grid { cells } => maps * square(cells.min(resolution)),
+            Self::Importance { count } => count as usize,
+        }
+    }
+
+    /// The points in `[0, 1)²` that [`Selection::Importance`] warps, one per slot: an Owen-scrambled Sobol' sequence. Empty
+    /// for the other selections.
+    #[must_use]
+    pub fn points(self, seed: u32) -> Vec<Vec2> {
+        match self {
+            Self::Importance { count } => {
+                (0..count).map(|i| indirect_sampling::sobol::sample_2d(i, seed)).collect()
+            }
+            Self::All | Self::Grid { .. } => Vec::new(),
+        }
+    }
+}
+
+/// What the factor between a VPL and a receiver divides by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// A VPL is a small disc of its footprint's area: `cosθ_i cosθ_j / (π d² + A)`. Bounded; the default.
+    #[default]
+    Disc,
+    /// A VPL is a point: `cosθ_i cosθ_j / (π d²)`. Bright spots where a receiver is near; kept as the form the literature
+    /// starts from, and as the limit of small footprints.
+    Point,
+}
+
+impl Form {
+    /// What the kernel multiplies a VPL's area by.
+    #[must_use]
+    pub const fn area_scale(self) -> f32 {
+        match self {
+            Self::Disc => 1.0,
+            Self::Point => 0.0,
+        }
+    }
+}
+
+/// What is fixed when the maps are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Texels along each side of each map, `1..=8192`. Higher: finer footprints, smaller silhouette errors; time and memory
+    /// grow with its square (156 bytes per texel on the GPU). A point light makes six maps.
+    pub resolution: u32,
+    /// Which texels become VPLs.
+    pub selection: Selection,
+}
+
+impl Options {
+    /// Largest accepted [`Options::resolution`].
+    pub const MAX_RESOLUTION: u32 = 8192;
+
+    /// # Errors
+    /// [`Error::BadOption`] for a value outside its documented range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let bad = |option, value: u32, requirement| {
+            Err(Error::BadOption { option, value: value.to_string(), requirement })
+        };
+        if !(1..=Self::MAX_RESOLUTION).contains(&self.resolution) {
+            return bad("resolution", self.resolution, "in 1..=8192");
+        }
+        match self.selection {
+            Selection::Grid { cells: 0 } => bad("cells", 0, "at least 1"),
+            Selection::Importance { count } if !(1..=1 << 24).contains(&count) => {
+                bad("count", count, "in 1..=16777216")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Default for Options {
+    /// 512² texels, as all of the literature on reflective shadow maps uses, and 1024 VPLs: one chunk of the gather.
+    fn default() -> Self {
+        Self { resolution: 512, selection: Selection::Importance { count: 1024 } }
+    }
+}
+
+/// What may change from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Params {
+    /// The factor between a VPL and a receiver.
+    pub form: Form,
+    /// Scrambles the sequence that [`Selection::Importance`] draws with. Another seed, another set of VPLs with the same
+    /// expectation.
+    pub seed: u32,
+}

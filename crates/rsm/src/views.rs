@@ -1,0 +1,148 @@
+//! Which windows into the scene a light needs, fitted to the scene's bounds. No constant here has a unit.
+
+use glam::{Vec2, Vec3};
+use indirect_core::{Aabb, Light, LightKind, Mesh, Projection, Scene, View};
+
+use crate::layout::LightMap;
+
+/// One map to make: a window through which a light sees the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapView {
+    /// Index into [`Scene::lights`].
+    pub light: usize,
+    /// The window, square in texels.
+    pub view: View,
+}
+
+/// Widest cone, as the tangent of its half angle (60°), that one map covers. Beyond it the corner texels of a single map
+/// shrink to less than 1/18 of the central solid angle, and the faces of a cube are the better use of texels.
+const WIDEST_SINGLE_MAP: f32 = 1.732_050_8;
+
+/// Narrowest cone half angle, as its tangent, that a map is made for; a cone of no opening has no flux.
+const NARROWEST_MAP: f32 = 1e-4;
+
+/// Nearest depth as a fraction of the farthest: what is closer to a light than this is not seen by its map.
+const NEAR_OVER_FAR: f32 = 1e-5;
+
+/// Slack of fitted depth ranges, relative to their size, against rounding of positions on the boundary.
+const DEPTH_SLACK: f32 = 1e-3;
+
+/// The maps of all lights of a scene that have power and can see its bounds, in the order of the lights.
+///
+/// * Spot: a square perspective map around the outer cone; beyond a half angle of 60° the five cube faces that the cone
+///   can reach, each 90° wide.
+/// * Point: the six faces of a cube.
+/// * Directional: an orthographic map, fitted to the vertices in the light's own frame.
+#[must_use]
+pub fn views(scene: &Scene) -> Vec<MapView> {
+    let Some(bounds) = scene.bounds().filter(|b| b.diagonal() > 0.0) else { return Vec::new() };
+    let lit = scene.lights.iter().enumerate().filter(|(_, l)| l.power.max_element() > 0.0);
+    lit.flat_map(|(light, l)| {
+        let views = light_views(l, &scene.mesh, &bounds);
+        views.into_iter().map(move |view| MapView { light, view })
+    })
+    .collect()
+}
+
+/// The maps of one light.
+fn light_views(light: &Light, mesh: &Mesh, bounds: &Aabb) -> Vec<View> {
+    let range = light.range.unwrap_or(f32::INFINITY);
+    let face = |origin: Vec3, forward: Vec3, up: Vec3, tan_half: f32| {
+        perspective(origin, forward, up, tan_half, range, bounds)
+    };
+    match light.kind {
+        LightKind::Directional { direction } => directional(direction, mesh, bounds).into_iter().collect(),
+        LightKind::Point { position } => [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
+            .into_iter()
+            .filter_map(|forward| {
+                let up = if forward.y == 0.0 { Vec3::Y } else { Vec3::Z };
+                face(position, forward, up, 1.0)
+            })
+            .collect(),
+        LightKind::Spot { position, direction, outer_angle, .. } => {
+            let tan_half = outer_angle.tan();
+            if (0.0..=WIDEST_SINGLE_MAP).contains(&tan_half) {
+                let view = face(position, direction, Vec3::Y, tan_half.max(NARROWEST_MAP));
+                return view.into_iter().collect();
+            }
+            let (t, b) = indirect_core::math::orthonormal_basis(direction);
+            [(direction, t), (t, direction), (-t, direction), (b, direction), (-b, direction)]
+                .into_iter()
+                .filter_map(|(forward, up)| face(position, forward, up, 1.0))
+                .collect()
+        }
+    }
+}
+
+/// A perspective view whose depth range spans `bounds`, but not beyond the light's `range`; `None` where the bounds lie
+/// behind it.
+fn perspective(
+    origin: Vec3,
+    forward: Vec3,
+    up: Vec3,
+    tan_half: f32,
+    range: f32,
+    bounds: &Aabb,
+) -> Option<View> {
+    let depths = bounds.corners().map(|c| (c - origin).dot(forward));
+    let min = depths.into_iter().fold(f32::INFINITY, f32::min);
+    let max = depths.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    let far = (max + DEPTH_SLACK * bounds.diagonal()).min(range);
+    let near = (min - DEPTH_SLACK * bounds.diagonal()).max(NEAR_OVER_FAR * far);
+    let projection = Projection::Perspective { tan_half: Vec2::splat(tan_half) };
+    (max > 0.0 && near < far).then(|| View::look_to(origin, forward, up, projection, near, far))
+}
+
+/// The orthographic view along `direction` that holds every vertex and no more.
+fn directional(direction: Vec3, mesh: &Mesh, bounds: &Aabb) -> Option<View> {
+    let projection = |half_size| Projection::Orthographic { half_size };
+    let centre = bounds.centre();
+    let frame = View::look_to(centre, direction, Vec3::Y, projection(Vec2::ONE), 0.0, 1.0);
+    // Relative to the centre, so that a scene far from the origin is fitted as tightly.
+    let fitted = Aabb::of(mesh.positions.iter().map(|&p| {
+        let v = p - centre;
+        Vec3::new(v.dot(frame.right), v.dot(frame.up), v.dot(frame.forward))
+    }))?;
+    let slack = DEPTH_SLACK * bounds.diagonal();
+    let middle = fitted.centre();
+    // A scene seen edge-on has no width; it also receives no light, and the map only needs to be finite.
+    let half_size = (fitted.extent().truncate() * 0.5).max(Vec2::splat(slack));
+    let origin =
+        centre + frame.right * middle.x + frame.up * middle.y + frame.forward * (fitted.min.z - slack);
+    let depth = fitted.extent().z + 2.0 * slack;
+    Some(View { origin, projection: projection(half_size), near: 0.0, far: depth, ..frame })
+}
+
+impl LightMap {
+    /// What the `flux` pass needs to know of `light` seen through `view`.
+    #[must_use]
+    pub fn new(light: &Light, view: &View, resolution: u32) -> Self {
+        let (half, orthographic) = match view.projection {
+            Projection::Perspective { tan_half } => (tan_half, 0),
+            Projection::Orthographic { half_size } => (half_size, 1),
+        };
+        let (axis, cos_outer, spot_scale) = match light.kind {
+            LightKind::Spot { direction, inner_angle, outer_angle, .. } => {
+                let (ci, co) = (inner_angle.cos(), outer_angle.cos());
+                (direction, co, 1.0 / (ci - co).max(0.001))
+            }
+            LightKind::Directional { .. } | LightKind::Point { .. } => (view.forward, -2.0, 1.0),
+        };
+        Self {
+            right: view.right,
+            half_width: half.x,
+            up: view.up,
+            half_height: half.y,
+            forward: view.forward,
+            orthographic,
+            power: light.power,
+            inverse_range: light.range.map_or(0.0, |r| 1.0 / r),
+            axis,
+            cos_outer,
+            spot_scale,
+            resolution,
+            pad0: 0,
+            pad1: 0,
+        }
+    }
+}
