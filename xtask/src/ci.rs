@@ -1,0 +1,319 @@
+//! `test`: everything that CI runs, as named steps.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use cargo_metadata::{MetadataCommand, Package};
+
+use crate::cli::TestArgs;
+use crate::failure::{Failure, Outcome};
+use crate::{fixtures, layers, say, setup, validate};
+
+/// How a step ended.
+enum End {
+    Passed,
+    /// Passed, with the number of tests that passed, failed and were ignored.
+    Tests([usize; 3]),
+    Skipped(String),
+    Failed(String),
+}
+
+/// One step: a name, what its failure means, and the work.
+struct Step {
+    name: String,
+    /// Printed when the step fails: what to do about it.
+    hint: &'static str,
+    work: Box<dyn FnOnce() -> End>,
+}
+
+impl Step {
+    fn new(name: impl Into<String>, hint: &'static str, work: impl FnOnce() -> End + 'static) -> Self {
+        Self { name: name.into(), hint, work: Box::new(work) }
+    }
+}
+
+pub(crate) fn run(args: &TestArgs) -> Outcome {
+    let wanted =
+        |step: &Step| args.only.is_empty() || args.only.iter().any(|o| step.name.contains(o.as_str()));
+    let steps: Vec<_> = steps()?.into_iter().filter(wanted).collect();
+    if args.list {
+        steps.iter().for_each(|s| say(&s.name));
+        return Ok(());
+    }
+    if steps.is_empty() {
+        return Err(Failure::Input(format!("--only {}: no such step, see test --list", args.only.join(" "))));
+    }
+    setup::vulkan_driver();
+    let start = Instant::now();
+    let (mut passed, mut tests) = (0, [0; 3]);
+    let (mut failed, mut skipped) = (Vec::new(), Vec::new());
+    for step in steps {
+        say(format!("\n== {}", step.name));
+        let begin = Instant::now();
+        let end = (step.work)();
+        let seconds = begin.elapsed().as_secs_f64();
+        match end {
+            End::Passed => passed += 1,
+            End::Tests(counts) => {
+                passed += 1;
+                tests = counts;
+            }
+            End::Skipped(why) => {
+                say(format!("skipped: {why}"));
+                skipped.push(format!("{} ({why})", step.name));
+                continue;
+            }
+            End::Failed(why) => {
+                say(format!("FAILED after {seconds:.0} s: {why}\n  {}", step.hint));
+                failed.push(step.name);
+                continue;
+            }
+        }
+        say(format!("ok, {seconds:.1} s"));
+    }
+    let [ok, bad, ignored] = tests;
+    say(format!(
+        "\n{passed} steps passed, {} failed, {} skipped in {:.0} s",
+        failed.len(),
+        skipped.len(),
+        start.elapsed().as_secs_f64()
+    ));
+    skipped.iter().for_each(|s| say(format!("  skipped: {s}")));
+    say(format!("tests: {ok} passed, {bad} failed, {ignored} ignored"));
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Check(format!("failed steps: {}", failed.join(", "))))
+    }
+}
+
+fn steps() -> Outcome<Vec<Step>> {
+    let metadata = MetadataCommand::new()
+        .manifest_path(crate::root().join("Cargo.toml"))
+        .no_deps()
+        .exec()
+        .map_err(|e| Failure::Check(format!("cargo metadata: {e}")))?;
+    let published: Vec<_> =
+        metadata.packages.iter().filter(|p| p.publish.as_ref().is_none_or(|to| !to.is_empty())).collect();
+    // One profile for everything: release, which the tests need for their speed, so that dependencies are compiled once.
+    let mut steps = vec![
+        Step::new("format", "run `cargo fmt --all`", || cargo(&["fmt", "--all", "--check"])),
+        Step::new("layers", "draw the edge in docs/architecture.md, or remove the dependency", || {
+            own(layers::run())
+        }),
+        Step::new("clippy", "fix the lints above", || {
+            cargo(&[
+                "clippy",
+                "--workspace",
+                "--all-targets",
+                "--all-features",
+                "--release",
+                "--quiet",
+                "--",
+                "-D",
+                "warnings",
+            ])
+        }),
+        Step::new("tests", "run the failing test alone: cargo test --release -p PACKAGE NAME", tests),
+        Step::new("documentation", "fix the warnings of rustdoc above", || {
+            let mut command =
+                cargo_command(&["doc", "--workspace", "--no-deps", "--all-features", "--release", "--quiet"]);
+            command.env("RUSTDOCFLAGS", "-D warnings");
+            status(command)
+        }),
+    ];
+    steps.extend(feature_builds(&published));
+    steps.push(no_std(&published));
+    steps.push(package(&published));
+    steps.push(Step::new("fixtures", "run `cargo xtask fixtures` and commit what changed", || {
+        own(fixtures::check())
+    }));
+    steps.push(Step::new(
+        "validate",
+        "GPU and CPU disagree: see the passes above",
+        || match validate::fixtures() {
+            Err(Failure::Check(why)) if why == setup::NO_ADAPTER && !setup::gpu_required() => {
+                End::Skipped(setup::NO_ADAPTER.to_owned())
+            }
+            outcome => own(outcome),
+        },
+    ));
+    steps.push(tool("typos", &[], "fix the spelling, or add the word to typos.toml"));
+    steps.push(tool("cargo-deny", &["--offline", "check", "licenses", "bans", "sources"], "see deny.toml"));
+    Ok(steps)
+}
+
+/// Every published crate must build without its default features; where those choose the standard library's math, with
+/// `libm` in their place.
+fn feature_builds(published: &[&Package]) -> Vec<Step> {
+    published
+        .iter()
+        .filter(|p| p.features.contains_key("default"))
+        .map(|p| {
+            let package = p.name.to_string();
+            let math = p.features.contains_key("libm");
+            Step::new(format!("no default features: {package}"), "guard what needs the feature", move || {
+                let mut args = vec!["check", "--release", "--quiet", "--no-default-features", "-p", &package];
+                if math {
+                    args.extend(["--features", "libm"]);
+                }
+                cargo(&args)
+            })
+        })
+        .collect()
+}
+
+/// The crates that promise `no_std` are those with a `libm` feature: they must build for a target that has no standard
+/// library at all.
+fn no_std(published: &[&Package]) -> Step {
+    const TARGET: &str = "thumbv7em-none-eabihf";
+    let packages: Vec<_> =
+        published.iter().filter(|p| p.features.contains_key("libm")).map(|p| p.name.to_string()).collect();
+    Step::new("no_std", "use core and libm only", move || {
+        if packages.is_empty() {
+            return End::Skipped("no package has a `libm` feature".into());
+        }
+        if !rustup_has(TARGET) {
+            return End::Skipped(format!("run `rustup target add {TARGET}` for this step"));
+        }
+        for package in &packages {
+            let end = cargo(&[
+                "check",
+                "--release",
+                "--quiet",
+                "--no-default-features",
+                "--features",
+                "libm",
+                "--target",
+                TARGET,
+                "-p",
+                package,
+            ]);
+            if !matches!(end, End::Passed) {
+                return end;
+            }
+        }
+        End::Passed
+    })
+}
+
+fn rustup_has(target: &str) -> bool {
+    let installed = || {
+        let out = Command::new("rustup").args(["target", "list", "--installed"]).output().ok()?;
+        Some(String::from_utf8_lossy(&out.stdout).lines().any(|l| l == target))
+    };
+    installed().unwrap_or(false)
+        || Command::new("rustup")
+            .args(["target", "add", target])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|s| s.success())
+}
+
+/// Every published crate, built from its package: no file outside its folder is needed.
+fn package(published: &[&Package]) -> Step {
+    let names: Vec<_> = published.iter().map(|p| p.name.to_string()).collect();
+    Step::new(
+        "package",
+        "a file outside the crate's folder is used, or a manifest field is missing",
+        move || {
+            let mut args = vec!["package", "--quiet", "--allow-dirty"];
+            for name in &names {
+                args.extend(["-p", name]);
+            }
+            cargo(&args)
+        },
+    )
+}
+
+/// An external tool, skipped where it is not installed.
+fn tool(name: &'static str, args: &'static [&'static str], hint: &'static str) -> Step {
+    Step::new(name, hint, move || {
+        if Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_err() {
+            return End::Skipped(format!(
+                "{name} is not installed: cargo install --locked {}",
+                match name {
+                    "typos" => "typos-cli",
+                    other => other,
+                }
+            ));
+        }
+        let mut command = Command::new(name);
+        command.args(args).current_dir(crate::root());
+        status(command)
+    })
+}
+
+fn own(outcome: Outcome) -> End {
+    match outcome {
+        Ok(()) => End::Passed,
+        Err(f) => End::Failed(f.line()),
+    }
+}
+
+fn cargo(args: &[&str]) -> End {
+    status(cargo_command(args))
+}
+
+fn cargo_command(args: &[&str]) -> Command {
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(args).current_dir(crate::root());
+    command
+}
+
+fn status(mut command: Command) -> End {
+    match command.status() {
+        Ok(s) if s.success() => End::Passed,
+        Ok(s) => End::Failed(format!("{} ended with {s}", command.get_program().display())),
+        Err(e) => End::Failed(format!("{}: {e}", command.get_program().display())),
+    }
+}
+
+/// Runs all tests and sums up what each test binary reports.
+fn tests() -> End {
+    let mut command =
+        cargo_command(&["test", "--workspace", "--all-features", "--release", "--no-fail-fast"]);
+    let mut child = match command.stdout(Stdio::piped()).spawn() {
+        Ok(child) => child,
+        Err(e) => return End::Failed(format!("cargo: {e}")),
+    };
+    let mut counts = [0; 3];
+    if let Some(out) = child.stdout.take() {
+        for line in BufReader::new(out).lines().map_while(Result::ok) {
+            say(&line);
+            if let Some(found) = test_result(&line) {
+                counts.iter_mut().zip(found).for_each(|(sum, n)| *sum += n);
+            }
+        }
+    }
+    match child.wait() {
+        Ok(s) if s.success() && counts[0] > 0 => End::Tests(counts),
+        Ok(s) if s.success() => End::Failed("no test ran".into()),
+        Ok(_) => End::Failed(format!("{} tests failed, {} passed", counts[1], counts[0])),
+        Err(e) => End::Failed(format!("cargo: {e}")),
+    }
+}
+
+/// Passed, failed and ignored of a line `test result: ok. 3 passed; 0 failed; 1 ignored; …`.
+fn test_result(line: &str) -> Option<[usize; 3]> {
+    let counts = line.strip_prefix("test result: ")?.split_once(". ")?.1;
+    let number = |what: &str| {
+        counts.split("; ").find_map(|part| part.trim().strip_suffix(what)?.trim().parse::<usize>().ok())
+    };
+    Some([number("passed")?, number("failed")?, number("ignored")?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_results_are_read() {
+        let line = "test result: FAILED. 12 passed; 3 failed; 4 ignored; 0 measured; 0 filtered out; finished in 0.07s";
+        assert_eq!(test_result(line), Some([12, 3, 4]));
+        assert_eq!(test_result("test result: ok."), None);
+        assert_eq!(test_result("running 3 tests"), None);
+    }
+}

@@ -1,0 +1,186 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Renders scenes with real-time techniques, holds them against a path-traced truth and their CPU twins, and reports.
+///
+/// SCENE is a path to a .gltf or .glb file, or the name of a fixture (see `fixtures --list`).
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    /// Print the techniques with their keys, defaults and ranges.
+    #[arg(long)]
+    pub(crate) list: bool,
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Write one self-contained page: speed against error of every technique on every scene.
+    Report(ReportArgs),
+    /// Render one image as EXR.
+    Render(RenderArgs),
+    /// Compare GPU and CPU pass by pass; fails on a deviation beyond the tolerance.
+    Validate(ValidateArgs),
+    /// Measure speed against error over the parameter ranges and write JSON.
+    Sweep(SweepArgs),
+    /// Run everything that CI runs.
+    Test(TestArgs),
+    /// Regenerate the fixture scenes, or check that they are up to date.
+    Fixtures(FixturesArgs),
+    /// Say which adapters and tools there are, what is missing and how to get it.
+    Doctor,
+    /// Measure the accuracy of the formulas and write docs/accuracy.md.
+    Accuracy,
+    /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
+    BenchPeers,
+    /// Fail on a dependency edge that docs/architecture.md does not draw.
+    CheckLayers,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// Scenes; none: a quick report on the fixture `cornell_spot`.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scenes: Vec<String>,
+    /// Smaller pictures, fewer settings and a noisier reference: a minute or two per scene.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Where index.html, report.json and report.csv go.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub(crate) out: PathBuf,
+    /// Leave the GPU out.
+    #[arg(long)]
+    pub(crate) cpu_only: bool,
+}
+
+/// Where the passes of a technique run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    Cpu,
+    Gpu,
+}
+
+/// Which light an image holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Component {
+    /// Direct and indirect light and what surfaces emit.
+    Full,
+    /// Light that was reflected once, and what surfaces emit.
+    Direct,
+    /// Light that was reflected more than once.
+    Indirect,
+}
+
+/// Where in a pixel the reference looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PixelFilterArg {
+    /// At its centre, as all techniques do.
+    Center,
+    /// All over it.
+    Box,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Path to a .gltf or .glb file, or the name of a fixture.
+    #[arg(value_name = "SCENE", required_unless_present = "list")]
+    pub(crate) scene: Option<String>,
+    /// Print the techniques with their keys, defaults and ranges.
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Technique; `--list` prints them.
+    #[arg(long, value_name = "NAME", required_unless_present = "list")]
+    pub(crate) technique: Option<String>,
+    /// Where the passes run. Default: the GPU where there is one.
+    #[arg(long)]
+    pub(crate) backend: Option<BackendArg>,
+    /// Which light the image holds.
+    #[arg(long, default_value = "full")]
+    pub(crate) component: Component,
+    /// Indirect bounces of the reference: a number, or `inf`; 1 = light, surface, visible surface.
+    #[arg(long, value_name = "N|inf")]
+    pub(crate) bounces: Option<String>,
+    /// Turn visibility off on the first indirect bounce (reference only).
+    #[arg(long)]
+    pub(crate) unoccluded: bool,
+    /// Samples per pixel of the reference.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) spp: Option<u32>,
+    /// Seed of the reference and of techniques that draw samples.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u32,
+    /// Where in a pixel the reference looks.
+    #[arg(long, default_value = "center")]
+    pub(crate) pixel_filter: PixelFilterArg,
+    /// Width and height in pixels. Default: 256 wide, height from the camera.
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
+    pub(crate) size: Option<String>,
+    /// Camera of the scene, by name or number. Default: the first.
+    #[arg(long, value_name = "NAME|N")]
+    pub(crate) camera: Option<String>,
+    /// A parameter of the technique; may be repeated.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// The image: OpenEXR, linear, float32 channels R G B.
+    #[arg(long, value_name = "FILE.exr", required_unless_present = "list")]
+    pub(crate) out: Option<PathBuf>,
+    /// Timings, memory and what was modelled, as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) stats: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArgs {
+    /// Scenes; none: every stored fixture.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scenes: Vec<String>,
+    /// Only these techniques; may be repeated.
+    #[arg(long = "technique", value_name = "NAME")]
+    pub(crate) techniques: Vec<String>,
+    /// The deviations of every pass, as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Adds 1 % to one element of the GPU's result of this pass, to show that the check can fail.
+    #[arg(long, value_name = "PASS", hide = true)]
+    pub(crate) perturb: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepArgs {
+    /// Path to a .gltf or .glb file, or the name of a fixture.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// Only these techniques; may be repeated.
+    #[arg(long = "technique", value_name = "NAME")]
+    pub(crate) techniques: Vec<String>,
+    /// The measurements.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: PathBuf,
+    /// Smaller pictures and fewer settings.
+    #[arg(long)]
+    pub(crate) quick: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TestArgs {
+    /// Only the steps whose name contains this; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) only: Vec<String>,
+    /// Print the steps and stop.
+    #[arg(long)]
+    pub(crate) list: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct FixturesArgs {
+    /// Compare with the stored files instead of writing them; fails where they differ.
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Print the names of the fixtures and stop.
+    #[arg(long)]
+    pub(crate) list: bool,
+}

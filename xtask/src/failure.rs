@@ -1,0 +1,64 @@
+//! How a command ends when it does not succeed.
+
+use std::fmt::Display;
+use std::path::Path;
+
+/// Why a command failed; decides the exit code.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The input is at fault: one line `error: …`, exit code 2.
+    Input(String),
+    /// A check did not hold: one line `error: …`, exit code 1.
+    Check(String),
+}
+
+impl Failure {
+    /// Bad input that concerns a file.
+    pub(crate) fn file(path: &Path, error: impl Display) -> Self {
+        Self::Input(format!("{}: {error}", path.display()))
+    }
+
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Check(_) => 1,
+        }
+    }
+
+    /// The message on one line, whatever the error of a library contains.
+    pub(crate) fn line(&self) -> String {
+        let (Self::Input(m) | Self::Check(m)) = self;
+        m.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// Result of a command or of a part of one.
+pub(crate) type Outcome<T = ()> = Result<T, Failure>;
+
+/// Writes a file, naming it when that fails; creates its folder.
+pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Outcome {
+    if let Some(parent) = path.parent()
+        && !parent.as_os_str().is_empty()
+    {
+        std::fs::create_dir_all(parent).map_err(|e| Failure::file(parent, e))?;
+    }
+    std::fs::write(path, bytes).map_err(|e| Failure::file(path, e))
+}
+
+/// Writes a value as indented JSON.
+pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Outcome {
+    let mut text = serde_json::to_string_pretty(value).map_err(|e| Failure::file(path, e))?;
+    text.push('\n');
+    write(path, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_take_one_line() {
+        let f = Failure::file(Path::new("a.glb"), "broken\n  at byte 3");
+        assert_eq!((f.line().as_str(), f.exit_code()), ("a.glb: broken at byte 3", 2));
+    }
+}

@@ -1,0 +1,102 @@
+//! The harness: composes the crates of the workspace, holds techniques against the truth and their twins, and reports.
+
+mod accuracy;
+mod bench_peers;
+mod ci;
+mod cli;
+mod doctor;
+mod failure;
+mod fixtures;
+mod gpu;
+mod layers;
+mod progress;
+mod render;
+mod report;
+mod setup;
+mod stage;
+mod sweep;
+mod technique;
+mod validate;
+
+use std::fmt::Display;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use cli::{Cli, Command};
+use failure::{Failure, Outcome};
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if matches!(e.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            say(e.to_string().trim_end());
+            return ExitCode::SUCCESS;
+        }
+        Err(e) if e.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            say(e.to_string().trim_end());
+            return ExitCode::from(2);
+        }
+        // clap's first paragraph says what is wrong; usage and tips follow.
+        Err(e) => {
+            let text = e.to_string();
+            let first = text.split("\n\n").next().unwrap_or(&text);
+            return fail(&Failure::Input(first.trim_start_matches("error: ").to_owned()));
+        }
+    };
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => fail(&failure),
+    }
+}
+
+fn run(cli: &Cli) -> Outcome {
+    if cli.list {
+        say(technique::list());
+        return Ok(());
+    }
+    match &cli.command {
+        Some(Command::Report(args)) => report::run(args),
+        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Validate(args)) => validate::run(args),
+        Some(Command::Sweep(args)) => sweep::run(args),
+        Some(Command::Test(args)) => ci::run(args),
+        Some(Command::Fixtures(args)) => fixtures::run(args),
+        Some(Command::Doctor) => doctor::run(),
+        Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
+        Some(Command::BenchPeers) => bench_peers::run(),
+        Some(Command::CheckLayers) => layers::run(),
+        // clap shows the help where there is neither a command nor --list.
+        None => Ok(()),
+    }
+}
+
+fn fail(failure: &Failure) -> ExitCode {
+    // Nowhere to report a failure to write a failure.
+    let _ = writeln!(std::io::stderr(), "error: {}", failure.line());
+    ExitCode::from(failure.exit_code())
+}
+
+/// One line to stdout. A reader that has gone away is no error.
+fn say(text: impl Display) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// One line `warning: …` to stderr.
+fn warn(text: impl Display) {
+    let _ = writeln!(std::io::stderr(), "warning: {text}");
+}
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    manifest.parent().map_or_else(|| manifest.clone(), PathBuf::from)
+}
+
+/// The folder for build products, under which caches lie too.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}

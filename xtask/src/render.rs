@@ -1,0 +1,271 @@
+//! `render`: one image as EXR, and what it took as JSON.
+
+use std::path::Path;
+
+use indirect_core::{Image, SceneProfile};
+use indirect_scene::exr;
+use reference_pathtracer::{Bounces, Components, PixelFilter};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::cli::{BackendArg, Component, PixelFilterArg, RenderArgs};
+use crate::failure::{self, Failure, Outcome};
+use crate::stage::{Source, Stage, parse_size};
+use crate::technique::{
+    self, Backend, Bytes, Notes, Pass, REFERENCE, Reference, ReferenceOptions, Values, direct_light,
+};
+use crate::{gpu, say, warn};
+
+/// Samples per pixel of the reference where none are asked for.
+const DEFAULT_SPP: u32 = 64;
+/// Width where no size is asked for.
+const DEFAULT_WIDTH: u32 = 256;
+
+/// The file of `--stats`; other tools read it.
+#[derive(Debug, Serialize)]
+struct Stats {
+    technique: String,
+    backend: &'static str,
+    adapter: Option<String>,
+    scene: SceneStats,
+    size: [u32; 2],
+    config: Map<String, Value>,
+    prepare_ms: f64,
+    frame_ms: f64,
+    frames: usize,
+    passes: Vec<Pass>,
+    bytes: Bytes,
+    mean_radiance: [f32; 3],
+    non_finite: usize,
+    modelled: Vec<String>,
+    skipped: Vec<String>,
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneStats {
+    file: String,
+    triangles: usize,
+    lights: usize,
+}
+
+/// What a render gives, whoever made it.
+struct Rendered {
+    image: Image,
+    backend: Backend,
+    adapter: Option<String>,
+    config: Map<String, Value>,
+    prepare_ms: f64,
+    frame_ms: f64,
+    frames: usize,
+    passes: Vec<Pass>,
+    bytes: Bytes,
+    notes: Notes,
+}
+
+pub(crate) fn run(args: &RenderArgs) -> Outcome {
+    if args.list {
+        say(technique::list());
+        return Ok(());
+    }
+    let (Some(scene), Some(name), Some(out)) = (&args.scene, &args.technique, &args.out) else {
+        // clap requires all three without --list.
+        return Err(Failure::Input("render needs SCENE, --technique and --out".into()));
+    };
+    // Everything that can be refused is refused before the work begins.
+    let chosen = (name != REFERENCE).then(|| technique::find(name)).transpose()?;
+    let size = args.size.as_deref().map(parse_size).transpose()?;
+    let options = reference_options(args)?;
+    let values = match &chosen {
+        Some(t) => Values::parse(t.name(), t.params(), &args.set)?,
+        None => Values::parse(REFERENCE, &[], &args.set)?,
+    };
+    if out.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        return Err(Failure::file(out, "--out must end in .exr"));
+    }
+    if chosen.is_none() && args.backend == Some(BackendArg::Gpu) {
+        return Err(Failure::Input("--backend gpu: the reference runs on the CPU".into()));
+    }
+    writable(out)?;
+    args.stats.as_deref().map(writable).transpose()?;
+    let source = Source::load(scene)?;
+    source.warnings.iter().for_each(|w| warn(format!("{}: {w}", source.file)));
+    let camera = source.camera(args.camera.as_deref())?;
+    let size = size.unwrap_or_else(|| Source::size(camera, DEFAULT_WIDTH));
+    let mut rendered = match &chosen {
+        None => {
+            let stage = Stage::new(&source, camera, size, None);
+            render_reference(&stage, &options, args.component)?
+        }
+        Some(technique) => {
+            let backend = args.backend.map(|b| match b {
+                BackendArg::Cpu => Backend::Cpu,
+                BackendArg::Gpu => Backend::Gpu,
+            });
+            let gpu = if backend == Some(Backend::Cpu) {
+                None
+            } else {
+                match gpu::open(
+                    &source.scene,
+                    technique.largest_buffer(&SceneProfile::of(&source.scene), &values),
+                ) {
+                    Ok(gpu) => Some(gpu),
+                    Err(f) if backend.is_some() => return Err(f),
+                    Err(f) => {
+                        warn(format!("{}; the CPU renders", f.line()));
+                        None
+                    }
+                }
+            };
+            let stage = Stage::new(&source, camera, size, gpu);
+            render_technique(technique.as_ref(), &values, &stage, args, &options)?
+        }
+    };
+    let non_finite = rendered.image.non_finite();
+    if non_finite > 0 {
+        // Counted in the stats and never written.
+        rendered.notes.warnings.push(format!("{non_finite} values were not finite and are written as 0"));
+        for p in &mut rendered.image.pixels {
+            *p = glam::Vec3::from(p.to_array().map(|v| if v.is_finite() { v } else { 0.0 }));
+        }
+    }
+    rendered.notes.warnings.iter().for_each(warn);
+    exr::write_rgb(out, &rendered.image).map_err(|e| Failure::Input(e.to_string()))?;
+    let Some(path) = &args.stats else { return Ok(()) };
+    let mut warnings = source.warnings.clone();
+    warnings.extend(rendered.notes.warnings);
+    let stats = Stats {
+        technique: name.clone(),
+        backend: rendered.backend.name(),
+        adapter: rendered.adapter,
+        scene: SceneStats {
+            file: source.file.clone(),
+            triangles: source.scene.mesh.triangles.len(),
+            lights: source.scene.lights.len(),
+        },
+        size,
+        config: rendered.config,
+        prepare_ms: rendered.prepare_ms,
+        frame_ms: rendered.frame_ms,
+        frames: rendered.frames,
+        passes: rendered.passes,
+        bytes: rendered.bytes,
+        mean_radiance: rendered.image.mean().to_array(),
+        non_finite,
+        modelled: rendered.notes.modelled,
+        skipped: rendered.notes.skipped,
+        warnings,
+    };
+    failure::write_json(path, &stats)
+}
+
+fn reference_options(args: &RenderArgs) -> Outcome<ReferenceOptions> {
+    let bounces = match args.bounces.as_deref() {
+        None | Some("inf") => Bounces::Infinite,
+        Some(n) => Bounces::Count(
+            n.parse()
+                .map_err(|_| Failure::Input(format!("--bounces {n}: must be a whole number or `inf`")))?,
+        ),
+    };
+    Ok(ReferenceOptions {
+        components: match args.component {
+            Component::Full => Components::Both,
+            Component::Direct => Components::Direct,
+            Component::Indirect => Components::Indirect,
+        },
+        bounces,
+        unoccluded: args.unoccluded,
+        spp: args.spp.unwrap_or(DEFAULT_SPP),
+        noise_target: None,
+        seed: args.seed,
+        pixel_filter: match args.pixel_filter {
+            PixelFilterArg::Center => PixelFilter::Center,
+            PixelFilterArg::Box => PixelFilter::Box,
+        },
+    })
+}
+
+fn render_reference(
+    stage: &Stage<'_>,
+    options: &ReferenceOptions,
+    component: Component,
+) -> Outcome<Rendered> {
+    let made = Reference::render(stage, options, REFERENCE)?;
+    let pixels = made.estimate.surface.len() as u64;
+    Ok(Rendered {
+        image: match component {
+            Component::Full => made.estimate.full(),
+            Component::Direct => made.estimate.direct,
+            Component::Indirect => made.estimate.indirect,
+        },
+        backend: Backend::Cpu,
+        adapter: None,
+        config: options.config(),
+        prepare_ms: stage.accel_ms,
+        frame_ms: made.ms,
+        frames: 1,
+        passes: vec![Pass { name: "paths".into(), ms: made.ms }],
+        // Moments of two components of a pixel, and four images.
+        bytes: Bytes { cpu: stage.accel.bytes() as u64 + pixels * (2 * 7 * 8 + 4 * 12 + 1), gpu: 0 },
+        notes: technique::reference_notes(&stage.profile),
+    })
+}
+
+fn render_technique(
+    technique: &dyn technique::Technique,
+    values: &Values,
+    stage: &Stage<'_>,
+    args: &RenderArgs,
+    options: &ReferenceOptions,
+) -> Outcome<Rendered> {
+    let backend = if stage.gpu.is_some() { Backend::Gpu } else { Backend::Cpu };
+    let mut notes = technique.notes(&stage.profile);
+    notes.warnings.extend(ignored(args, technique.name()));
+    let start = std::time::Instant::now();
+    let mut renderer = technique.prepare(stage, values, args.seed, backend)?;
+    let prepare_ms = start.elapsed().as_secs_f64() * 1e3 + stage.accel_ms;
+    let measured = technique::measure(renderer.as_mut(), 3, 1.0)?;
+    let direct = || direct_light(stage, options.spp, options.seed);
+    let image = match args.component {
+        Component::Indirect => measured.indirect,
+        Component::Direct => direct()?,
+        Component::Full => direct()?.sum(&measured.indirect),
+    };
+    Ok(Rendered {
+        image,
+        backend,
+        adapter: stage.gpu.as_ref().map(|g| g.context.describe()),
+        config: technique::config(values, args.seed),
+        prepare_ms,
+        frame_ms: measured.frame_ms,
+        frames: measured.frames,
+        passes: measured.passes,
+        bytes: renderer.bytes(),
+        notes,
+    })
+}
+
+/// Options that only the reference understands.
+fn ignored(args: &RenderArgs, technique: &str) -> Vec<String> {
+    let given = [
+        ("--bounces", args.bounces.is_some()),
+        ("--unoccluded", args.unoccluded),
+        ("--pixel-filter box", args.pixel_filter == PixelFilterArg::Box),
+    ];
+    let given = given.into_iter().filter(|(_, given)| *given);
+    given
+        .map(|(option, _)| format!("{option} is an option of the reference: {technique} ignores it"))
+        .collect()
+}
+
+/// Fails early where a file cannot be written; leaves no file behind that was not there.
+fn writable(path: &Path) -> Outcome {
+    let existed = path.exists();
+    let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    open.map_err(|e| Failure::file(path, format!("cannot be written: {e}")))?;
+    if !existed {
+        // Best effort: an empty file is no harm.
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
+}

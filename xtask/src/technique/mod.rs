@@ -1,0 +1,215 @@
+//! The one way in which the harness sees techniques.
+
+mod params;
+mod reference;
+mod rsm_gather;
+
+use std::time::Instant;
+
+use indirect_core::{Image, SceneProfile};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+pub(crate) use params::{Param, Values};
+pub(crate) use reference::{Reference, ReferenceOptions, direct_light, notes as reference_notes};
+
+use crate::failure::{Failure, Outcome};
+use crate::stage::Stage;
+
+/// Where the passes of a technique run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Backend {
+    Cpu,
+    Gpu,
+}
+
+impl Backend {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu => "gpu",
+        }
+    }
+}
+
+/// A way to compute indirect light.
+pub(crate) trait Technique {
+    /// The name on the command line.
+    fn name(&self) -> &'static str;
+    /// One line: the idea and its limits.
+    fn summary(&self) -> &'static str;
+    /// What `--set` changes.
+    fn params(&self) -> &'static [Param];
+    /// Where it can run.
+    fn backends(&self) -> &'static [Backend];
+    /// The settings that a sweep visits, as `KEY=VALUE` pairs on top of the defaults; each inner list is one curve.
+    fn sweep(&self, quick: bool) -> Vec<Vec<Vec<String>>>;
+    /// What it models in a scene of this kind, what it leaves out and why, and what the user should know.
+    fn notes(&self, profile: &SceneProfile) -> Notes;
+    /// Every pass, on the GPU and on the CPU, for comparison; the stage has a GPU.
+    fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>>;
+    /// Bytes of the largest GPU buffer that these values need; beyond 128 MiB the device is asked for it.
+    fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64;
+    /// Allocates, compiles and uploads what frames need.
+    fn prepare<'a>(
+        &self,
+        stage: &'a Stage<'a>,
+        values: &Values,
+        seed: u32,
+        backend: Backend,
+    ) -> Outcome<Box<dyn Renderer + 'a>>;
+}
+
+/// A technique made ready for one scene, view and set of values.
+pub(crate) trait Renderer {
+    /// Renders a frame as if lights and camera had moved, and returns its wall time in milliseconds, without read-back.
+    fn frame(&mut self) -> Outcome<f64>;
+    /// The indirect light of the last frame, W/(sr·m²).
+    fn image(&mut self) -> Outcome<Image>;
+    /// Time of every pass of a frame like the last.
+    fn passes(&mut self) -> Outcome<Vec<Pass>>;
+    /// Memory that it holds.
+    fn bytes(&self) -> Bytes;
+}
+
+/// A pass and its time.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Pass {
+    pub(crate) name: String,
+    pub(crate) ms: f64,
+}
+
+/// Memory of a technique, without the scene itself.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub(crate) struct Bytes {
+    pub(crate) cpu: u64,
+    pub(crate) gpu: u64,
+}
+
+/// Contents of a buffer.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Data {
+    /// Numbers that agree up to rounding, so many to an element.
+    Floats(Vec<f32>, usize),
+    /// Numbers that agree exactly.
+    Ints(Vec<u32>),
+}
+
+impl Data {
+    pub(crate) fn is_empty(&self) -> bool {
+        match self {
+            Self::Floats(values, _) => values.is_empty(),
+            Self::Ints(values) => values.is_empty(),
+        }
+    }
+}
+
+/// One buffer of a pass from both backends, made from the same input.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Twin {
+    pub(crate) pass: String,
+    pub(crate) buffer: String,
+    pub(crate) cpu: Data,
+    pub(crate) gpu: Data,
+    /// Per element, whether the backends see the same triangle there; `None` where that is no question.
+    pub(crate) same_triangle: Option<Vec<bool>>,
+}
+
+impl Twin {
+    /// Adds 1 % to the largest number of the GPU, or 1 to the first whole one: what a comparison must notice.
+    pub(crate) fn perturb(&mut self) {
+        let mask = self.same_triangle.as_deref();
+        match &mut self.gpu {
+            Data::Ints(values) => values.iter_mut().take(1).for_each(|v| *v = v.wrapping_add(1)),
+            Data::Floats(values, components) => {
+                let seen = |i: usize| mask.is_none_or(|m| m[i / *components]);
+                let largest = (0..values.len())
+                    .filter(|i| seen(*i))
+                    .max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()));
+                if let Some(i) = largest {
+                    values[i] += 0.01 * values[i].abs() + 1e-5;
+                }
+            }
+        }
+    }
+}
+
+/// What a technique models of a scene.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(crate) struct Notes {
+    pub(crate) modelled: Vec<String>,
+    pub(crate) skipped: Vec<String>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// All real-time techniques.
+pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
+    vec![Box::new(rsm_gather::RsmGather)]
+}
+
+/// Name of the path tracer, which is not a real-time technique but answers to the same command.
+pub(crate) const REFERENCE: &str = "reference";
+
+/// The real-time technique of that name.
+pub(crate) fn find(name: &str) -> Outcome<Box<dyn Technique>> {
+    real_time().into_iter().find(|t| t.name() == name).ok_or_else(|| unknown(name))
+}
+
+/// The real-time techniques of these names; all of them where there are no names.
+pub(crate) fn find_all(names: &[String]) -> Outcome<Vec<Box<dyn Technique>>> {
+    if names.is_empty() { Ok(real_time()) } else { names.iter().map(|n| find(n)).collect() }
+}
+
+fn unknown(name: &str) -> Failure {
+    let known: Vec<_> = std::iter::once(REFERENCE).chain(real_time().iter().map(|t| t.name())).collect();
+    Failure::Input(format!("--technique {name}: unknown; there are: {}", known.join(", ")))
+}
+
+/// The text of `--list`.
+pub(crate) fn list() -> String {
+    let mut out = format!("{REFERENCE}\n    {}\n", reference::SUMMARY);
+    out += "    options: --bounces N|inf, --unoccluded, --spp N, --seed N, --pixel-filter center|box\n";
+    for t in real_time() {
+        let backends: Vec<_> = t.backends().iter().map(|b| b.name()).collect();
+        out += &format!("\n{}  (backends: {})\n    {}\n", t.name(), backends.join(", "), t.summary());
+        out += &params::table(t.params());
+    }
+    out
+}
+
+/// Frames of one renderer, measured.
+#[derive(Debug)]
+pub(crate) struct Measured {
+    pub(crate) indirect: Image,
+    /// Median.
+    pub(crate) frame_ms: f64,
+    pub(crate) frames: usize,
+    pub(crate) passes: Vec<Pass>,
+}
+
+/// Renders a frame to warm up, then frames until the time is spent: at least `least`, at most 15.
+pub(crate) fn measure(renderer: &mut dyn Renderer, least: usize, seconds: f64) -> Outcome<Measured> {
+    const MOST: usize = 15;
+    let start = Instant::now();
+    let first = renderer.frame()?;
+    // A frame that takes longer than the time there is has no need to be warmed up.
+    let mut times = if first > seconds * 1e3 { vec![first] } else { Vec::new() };
+    while times.len() < least || (times.len() < MOST && start.elapsed().as_secs_f64() < seconds) {
+        times.push(renderer.frame()?);
+    }
+    times.sort_by(f64::total_cmp);
+    Ok(Measured {
+        frame_ms: times[(times.len() - 1) / 2],
+        frames: times.len(),
+        indirect: renderer.image()?,
+        passes: renderer.passes()?,
+    })
+}
+
+/// A configuration for JSON: the values and the seed.
+pub(crate) fn config(values: &Values, seed: u32) -> Map<String, Value> {
+    let mut config = values.json();
+    config.insert("seed".into(), seed.into());
+    config
+}
