@@ -80,7 +80,7 @@ pub(crate) fn run(args: &TestArgs) -> Outcome {
         start.elapsed().as_secs_f64()
     ));
     skipped.iter().for_each(|s| say(format!("  skipped: {s}")));
-    say(format!("tests: {ok} passed, {bad} failed, {ignored} ignored"));
+    say(format!("tests: {ok} passed, {bad} failed, {ignored} skipped"));
     if failed.is_empty() {
         Ok(())
     } else {
@@ -302,7 +302,7 @@ fn test_result(line: &str) -> Option<[usize; 3]> {
     let number = |what: &str| {
         counts.split("; ").find_map(|part| part.trim().strip_suffix(what)?.trim().parse::<usize>().ok())
     };
-    Some([number("passed")?, number("failed")?, number("ignored")?])
+    Some([number("passed")?, number("failed")?, number("skipped")?])
 }
 
 #[cfg(test)]
