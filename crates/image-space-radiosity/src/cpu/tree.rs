@@ -1,0 +1,77 @@
+//! `tree`: the patches in the order of a traversal, each with the distance from which it is exact enough (§3.5).
+//!
+//! The bound of a patch's error is solved for the distance once per frame, so that the traversal decides by one comparison
+//! (equation 8 has the same aim).
+
+use core::f32::consts::PI;
+
+use rayon::prelude::*;
+
+use crate::{
+    layout::{Branch, Patch},
+    levels::{Levels, place},
+    params::Bound,
+};
+
+/// The reach of a patch that is never exact enough, metres. Its square is finite.
+pub const ALWAYS: f32 = 1e18;
+
+/// The branches of all maps, one map after the other, in the order of `levels`, whose finest level has no children.
+///
+/// `threshold` is τ times the reference irradiance, W/m²; patches above the level `coarsest` are always subdivided.
+#[must_use]
+pub fn tree(
+    patches: &[Patch],
+    levels: &Levels,
+    [coarsest, finest]: [usize; 2],
+    bound: Bound,
+    threshold: f32,
+) -> Vec<Branch> {
+    let count = levels.order.len();
+    let maps = patches.len() / levels.layout.len();
+    (0..maps * count)
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|i| {
+            let (map, k) = (i / count, i % count);
+            let patch = &patches[map * levels.layout.len() + levels.order[k] as usize];
+            let (level, ..) = place(&levels.layout, levels.order[k]);
+            let reach = if level <= finest || patch.weight() <= 0.0 {
+                0.0
+            } else if level > coarsest {
+                ALWAYS
+            } else {
+                reach(patch, bound, threshold)
+            };
+            Branch {
+                position: patch.position,
+                area: patch.area,
+                normal: patch.normal,
+                reach,
+                flux: patch.flux,
+                next: (map * count) as u32 + levels.next[k],
+            }
+        })
+        .collect()
+}
+
+/// The distance below which the bound of a patch exceeds `threshold`, plus the patch's radius: the bound holds for its
+/// nearest point.
+fn reach(patch: &Patch, bound: Bound, threshold: f32) -> f32 {
+    if threshold <= 0.0 {
+        return ALWAYS;
+    }
+    let flux = patch.weight() / 3.0;
+    let d2 = match bound {
+        // Φ/(πd²)·(r²/d² + s) = T, a quadratic in 1/d².
+        Bound::Error => {
+            let s = patch.versine;
+            let r2 = patch.radius * patch.radius;
+            let far = flux / (PI * threshold);
+            0.5 * (far * s + (far * (far * (s * s) + 4.0 * r2)).sqrt())
+        }
+        // Φ/(πd² + A) = T.
+        Bound::ContributionAsPrinted => ((flux / threshold - patch.area) / PI).max(0.0),
+    };
+    (patch.radius + d2.sqrt()).min(ALWAYS)
+}
