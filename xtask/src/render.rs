@@ -224,7 +224,7 @@ fn render_technique(
     let start = std::time::Instant::now();
     let mut renderer = technique.prepare(stage, values, args.seed, backend)?;
     let prepare_ms = start.elapsed().as_secs_f64() * 1e3 + stage.accel_ms;
-    let measured = technique::measure(renderer.as_mut(), 3, 1.0)?;
+    let measured = technique::measure(renderer.as_mut(), stage, 3, 1.0)?;
     let direct = || direct_light(stage, options.spp, options.seed);
     let image = match args.component {
         Component::Indirect => measured.indirect,

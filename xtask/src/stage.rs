@@ -6,6 +6,7 @@ use indirect_scene::{LoadOptions, resolve};
 
 use crate::failure::{Failure, Outcome};
 use crate::gpu::Gpu;
+use crate::setup;
 
 /// Largest image side that the command line accepts.
 const MAX_SIDE: u32 = 16_384;
@@ -110,6 +111,14 @@ impl<'a> Stage<'a> {
             size,
             gpu,
         }
+    }
+
+    /// The GPU.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub(crate) fn gpu(&self) -> Outcome<&Gpu> {
+        self.gpu.as_ref().ok_or_else(|| Failure::Check(setup::NO_ADAPTER.into()))
     }
 }
 

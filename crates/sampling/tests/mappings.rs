@@ -228,8 +228,9 @@ proptest! {
         }
     }
 
-    /// Directions are rounded to 2⁻²⁴. At a tenth of the way from the second vertex, which `u.y ≥ 0.01` is, this turns the arc
-    /// through them by 10·2⁻²⁴ relative to the triangle's size, here at least a fifth: 50·2⁻²⁴ = 3e-6, and a dozen such roundings.
+    /// Directions are rounded to 2⁻²⁴; how far that moves `u` grows as the three vertices approach one plane through the
+    /// centre, where the triangle is a sliver or nearly a hemisphere: as 1 / det(a, b, c). Half an ulp at each vertex, at the sample
+    /// and in a dozen operations make the 16ε; the largest of 60 million random cases is 7.7ε.
     #[test]
     fn spherical_triangle_is_inverted(x in 0.0_f32..1.0, y in 0.01_f32..1.0, a in unit_vector(), b in unit_vector(), c in unit_vector()) {
         let edges = [(a, b), (b, c), (c, a)];
@@ -240,7 +241,8 @@ proptest! {
         let d = triangle.sample(u);
         prop_assert!((d.length() - 1.0).abs() <= 4.0 * f32::EPSILON, "{}", d.length() - 1.0);
         let back = triangle.invert(d);
-        prop_assert!((back - u).abs().max_element() <= 4e-5, "{} → {} → {}", u, d, back);
+        let tolerance = 16.0 * f32::EPSILON / a.dot(b.cross(c)).abs();
+        prop_assert!((back - u).abs().max_element() <= tolerance, "{} → {} → {}", u, d, back);
     }
 
     #[test]

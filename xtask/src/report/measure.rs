@@ -258,7 +258,7 @@ fn sweep(stage: &Stage<'_>, truth: &Truth, technique: &dyn Technique, effort: Ef
                 let start = Instant::now();
                 let mut renderer = technique.prepare(stage, &values, 0, backend)?;
                 let prepare_ms = start.elapsed().as_secs_f64() * 1e3;
-                let measured = technique::measure(renderer.as_mut(), 1, effort.seconds())?;
+                let measured = technique::measure(renderer.as_mut(), stage, 1, effort.seconds())?;
                 let run = Run {
                     technique: technique.name().to_owned(),
                     backend,

@@ -3,6 +3,7 @@
 mod params;
 mod reference;
 mod rsm_gather;
+mod shared;
 
 use std::time::Instant;
 
@@ -52,23 +53,26 @@ pub(crate) trait Technique {
     /// Bytes of the largest GPU buffer that these values need; beyond 128 MiB the device is asked for it.
     fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64;
     /// Allocates, compiles and uploads what frames need.
-    fn prepare<'a>(
+    fn prepare(
         &self,
-        stage: &'a Stage<'a>,
+        stage: &Stage<'_>,
         values: &Values,
         seed: u32,
         backend: Backend,
-    ) -> Outcome<Box<dyn Renderer + 'a>>;
+    ) -> Outcome<Box<dyn Renderer>>;
 }
 
-/// A technique made ready for one scene, view and set of values.
+/// A technique made ready for one scene, image size and set of values.
+///
+/// What a frame is given may have moved since the last one: lights, camera and vertices, but not their numbers, nor the image's
+/// size, nor the device.
 pub(crate) trait Renderer {
     /// Renders a frame as if lights and camera had moved, and returns its wall time in milliseconds, without read-back.
-    fn frame(&mut self) -> Outcome<f64>;
+    fn frame(&mut self, stage: &Stage<'_>) -> Outcome<f64>;
     /// The indirect light of the last frame, W/(sr·m²).
     fn image(&mut self) -> Outcome<Image>;
     /// Time of every pass of a frame like the last.
-    fn passes(&mut self) -> Outcome<Vec<Pass>>;
+    fn passes(&mut self, stage: &Stage<'_>) -> Outcome<Vec<Pass>>;
     /// Memory that it holds.
     fn bytes(&self) -> Bytes;
 }
@@ -189,21 +193,26 @@ pub(crate) struct Measured {
 }
 
 /// Renders a frame to warm up, then frames until the time is spent: at least `least`, at most 15.
-pub(crate) fn measure(renderer: &mut dyn Renderer, least: usize, seconds: f64) -> Outcome<Measured> {
+pub(crate) fn measure(
+    renderer: &mut dyn Renderer,
+    stage: &Stage<'_>,
+    least: usize,
+    seconds: f64,
+) -> Outcome<Measured> {
     const MOST: usize = 15;
     let start = Instant::now();
-    let first = renderer.frame()?;
+    let first = renderer.frame(stage)?;
     // A frame that takes longer than the time there is has no need to be warmed up.
     let mut times = if first > seconds * 1e3 { vec![first] } else { Vec::new() };
     while times.len() < least || (times.len() < MOST && start.elapsed().as_secs_f64() < seconds) {
-        times.push(renderer.frame()?);
+        times.push(renderer.frame(stage)?);
     }
     times.sort_by(f64::total_cmp);
     Ok(Measured {
         frame_ms: times[(times.len() - 1) / 2],
         frames: times.len(),
         indirect: renderer.image()?,
-        passes: renderer.passes()?,
+        passes: renderer.passes(stage)?,
     })
 }
 

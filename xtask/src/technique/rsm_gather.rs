@@ -3,17 +3,16 @@
 use std::fmt::Display;
 use std::time::Instant;
 
-use glam::Vec3;
 use indirect_accel::cast;
-use indirect_core::{GBuffer, Image, SceneProfile};
+use indirect_core::{Image, SceneProfile};
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
-use indirect_gpu::{Context, GBufferTarget, PassTimer, Vec3Pad};
+use indirect_gpu::{Context, GBufferTarget, PassTimer};
 use rsm::{Form, Options, Params, Selection};
 
 use super::params::Kind;
-use super::{Backend, Bytes, Data, Notes, Param, Pass, Renderer, Technique, Twin, Values};
+use super::shared::{self, milliseconds};
+use super::{Backend, Bytes, Notes, Param, Pass, Renderer, Technique, Twin, Values};
 use crate::failure::{Failure, Outcome};
-use crate::setup;
 use crate::stage::Stage;
 
 /// The technique.
@@ -93,60 +92,25 @@ impl Technique for RsmGather {
     }
 
     fn notes(&self, profile: &SceneProfile) -> Notes {
-        let mut notes = Notes::default();
-        let maps = [
-            (profile.directional_lights, "directional", "one orthographic map each"),
-            (profile.spot_lights, "spot", "one perspective map each, five beyond 60°"),
-            (profile.point_lights, "point", "six cube faces each"),
-        ];
-        for (count, kind, how) in maps.into_iter().filter(|(count, ..)| *count > 0) {
-            notes.modelled.push(format!("first bounce of {count} {kind} light{}: {how}", plural(count)));
-        }
-        if profile.punctual_lights() == 0 {
-            notes.skipped.push(
-                "EVERYTHING: there is no punctual light, and emissive surfaces have no shadow map: the indirect \
-                 light is black"
-                    .into(),
-            );
-        } else {
-            if profile.emissive_triangles > 0 {
-                notes.skipped.push(format!(
-                    "indirect light of {} emissive triangle{}: a shadow map needs a punctual light",
-                    profile.emissive_triangles,
-                    plural(profile.emissive_triangles)
-                ));
-            }
+        let mut notes = shared::light_notes(profile);
+        if profile.punctual_lights() > 0 {
             notes
                 .skipped
                 .push("visibility of the first bounce: light passes through what stands between".into());
             notes.skipped.push("second and later bounces".into());
-        }
-        if profile.textured {
-            notes.modelled.push("textured albedo, at camera and at light texels".into());
-        }
-        if profile.alpha_masked {
-            notes.modelled.push("alpha masks, in camera and light views".into());
-        }
-        if profile.glossy_triangles > 0 {
-            notes.skipped.push(format!(
-                "gloss of {} triangle{}: all surfaces reflect diffusely",
-                profile.glossy_triangles,
-                plural(profile.glossy_triangles)
-            ));
         }
         notes
     }
 
     fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
         let texels = u64::from(values.int("resolution")).pow(2);
-        // A pyramid is a third larger than its map. A point light has six maps; a wide spot light may have five.
-        let maps = (profile.directional_lights + 6 * (profile.spot_lights + profile.point_lights)) as u64;
+        let maps = shared::most_maps(profile);
         let vpls = match values.word("select") {
             "all" => maps * texels,
             "grid" => maps * u64::from(values.int("cells")).pow(2),
             _ => u64::from(values.int("vpls")),
         };
-        (texels * size_of::<rsm::layout::Node>() as u64 * 4 / 3).max(vpls * size_of::<rsm::Vpl>() as u64)
+        shared::largest_rsm_buffer(values.int("resolution")).max(vpls * size_of::<rsm::Vpl>() as u64)
     }
 
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {
@@ -159,7 +123,7 @@ impl Technique for RsmGather {
         let mut twins = Vec::new();
         for (prefix, pairs) in settings {
             let values = Values::parse(self.name(), &PARAMS, pairs)?;
-            let found = Gpu::new(stage, &values, 1)?.twins()?;
+            let found = Gpu::new(stage, &values, 1)?.twins(stage)?;
             let selected = ["vpls", "compact", "gather", "shade"];
             let keep = |t: &Twin| prefix.is_empty() || selected.contains(&t.pass.as_str());
             twins.extend(
@@ -169,13 +133,13 @@ impl Technique for RsmGather {
         Ok(twins)
     }
 
-    fn prepare<'a>(
+    fn prepare(
         &self,
-        stage: &'a Stage<'a>,
+        stage: &Stage<'_>,
         values: &Values,
         seed: u32,
         backend: Backend,
-    ) -> Outcome<Box<dyn Renderer + 'a>> {
+    ) -> Outcome<Box<dyn Renderer>> {
         Ok(match backend {
             Backend::Cpu => Box::new(Cpu::new(stage, values, seed)),
             Backend::Gpu => Box::new(Gpu::new(stage, values, seed)?),
@@ -183,16 +147,11 @@ impl Technique for RsmGather {
     }
 }
 
-fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
-}
-
 fn failure(stage: &Stage<'_>, error: &dyn Display) -> Failure {
-    Failure::Input(format!("{}: rsm-gather: {error}", stage.file))
+    shared::failure(stage, "rsm-gather", error)
 }
 
-struct Cpu<'a> {
-    stage: &'a Stage<'a>,
+struct Cpu {
     options: Options,
     params: Params,
     /// Of the last frame.
@@ -201,24 +160,23 @@ struct Cpu<'a> {
     bytes: u64,
 }
 
-impl<'a> Cpu<'a> {
-    fn new(stage: &'a Stage<'a>, values: &Values, seed: u32) -> Self {
+impl Cpu {
+    fn new(stage: &Stage<'_>, values: &Values, seed: u32) -> Self {
         let (options, params) = options(values, seed);
-        Self { stage, options, params, image: Image::new(stage.size), passes: Vec::new(), bytes: 0 }
+        Self { options, params, image: Image::new(stage.size), passes: Vec::new(), bytes: 0 }
     }
 }
 
-impl Renderer for Cpu<'_> {
-    fn frame(&mut self) -> Outcome<f64> {
-        let Stage { accel, view, size, .. } = self.stage;
+impl Renderer for Cpu {
+    fn frame(&mut self, stage: &Stage<'_>) -> Outcome<f64> {
         let start = Instant::now();
-        let camera = cast::gbuffer(accel, view, *size);
+        let camera = cast::gbuffer(&stage.accel, &stage.view, stage.size);
         let camera_ms = milliseconds(start);
-        let output = rsm::cpu::indirect(accel, &camera, &self.options, &self.params)
-            .map_err(|e| failure(self.stage, &e))?;
+        let output = rsm::cpu::indirect(&stage.accel, &camera, &self.options, &self.params)
+            .map_err(|e| failure(stage, &e))?;
         let ms = milliseconds(start);
-        // Triangle, depth, position, normal and albedo per pixel; index and irradiance per pixel that sees something.
-        let pixels = camera.len() * (4 + 4 + 3 * 12) + output.irradiance.len() * (4 + 12);
+        // Index and irradiance per pixel that sees something.
+        let pixels = shared::camera_bytes(&camera) + output.irradiance.len() * (4 + 12);
         let vpls = (output.slots.len() + output.vpls.len()) * size_of::<rsm::Vpl>();
         self.bytes = (output.rsm.bytes() + pixels + vpls) as u64;
         self.passes = vec![Pass { name: "camera".into(), ms: camera_ms }];
@@ -231,7 +189,7 @@ impl Renderer for Cpu<'_> {
         Ok(self.image.clone())
     }
 
-    fn passes(&mut self) -> Outcome<Vec<Pass>> {
+    fn passes(&mut self, _stage: &Stage<'_>) -> Outcome<Vec<Pass>> {
         Ok(self.passes.clone())
     }
 
@@ -240,9 +198,8 @@ impl Renderer for Cpu<'_> {
     }
 }
 
-struct Gpu<'a> {
-    stage: &'a Stage<'a>,
-    gpu: &'a crate::gpu::Gpu,
+struct Gpu {
+    context: Context,
     options: Options,
     params: Params,
     rsm: rsm::gpu::Rsm,
@@ -250,135 +207,78 @@ struct Gpu<'a> {
     camera: GBufferTarget,
 }
 
-impl<'a> Gpu<'a> {
-    fn new(stage: &'a Stage<'a>, values: &Values, seed: u32) -> Outcome<Self> {
-        let gpu = stage.gpu.as_ref().ok_or_else(|| Failure::Check(setup::NO_ADAPTER.into()))?;
-        let device = &gpu.context.device;
+impl Gpu {
+    fn new(stage: &Stage<'_>, values: &Values, seed: u32) -> Outcome<Self> {
+        let context = stage.gpu()?.context.clone();
+        let device = &context.device;
         let (options, params) = options(values, seed);
         let camera = GBufferTarget::new(device, stage.size, 1).map_err(|e| failure(stage, &e))?;
         let rsm = rsm::gpu::Rsm::new(device, &options).map_err(|e| failure(stage, &e))?;
         let maps = rsm::views::views(stage.scene).len();
         let resources = rsm.resources(device, maps, &camera).map_err(|e| failure(stage, &e))?;
-        Ok(Self { stage, gpu, options, params, rsm, resources, camera })
+        Ok(Self { context, options, params, rsm, resources, camera })
     }
 
     /// Everything of a frame, from the scene's lights to the image. Two timers: both the camera and the maps have the passes
     /// `visibility` and `resolve`.
-    fn render(&mut self, camera_timer: &mut PassTimer, timer: &mut PassTimer) -> Outcome {
-        let Context { device, queue, .. } = &self.gpu.context;
-        let views = rsm::views::views(self.stage.scene);
-        let failed = |e: rsm::Error| failure(self.stage, &e);
-        self.resources.prepare(queue, &self.stage.scene.lights, &views, &self.params).map_err(failed)?;
+    fn render(&mut self, stage: &Stage<'_>, camera_timer: &mut PassTimer, timer: &mut PassTimer) -> Outcome {
+        let Context { device, queue, .. } = &self.context;
+        let views = rsm::views::views(stage.scene);
+        let failed = |e: rsm::Error| failure(stage, &e);
+        self.resources.prepare(queue, &stage.scene.lights, &views, &self.params).map_err(failed)?;
         let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-        let crate::gpu::Gpu { raster, scene, .. } = self.gpu;
+        let crate::gpu::Gpu { raster, scene, .. } = stage.gpu()?;
         raster
-            .encode(&mut encoder, camera_timer, scene, &self.stage.view, &self.camera, 0)
-            .map_err(|e| failure(self.stage, &e))?;
+            .encode(&mut encoder, camera_timer, scene, &stage.view, &self.camera, 0)
+            .map_err(|e| failure(stage, &e))?;
         self.rsm.encode(&mut encoder, timer, scene, &self.resources).map_err(failed)?;
         queue.submit([encoder.finish()]);
-        device.poll(PollType::wait_indefinitely()).map_err(|e| failure(self.stage, &e))?;
+        device.poll(PollType::wait_indefinitely()).map_err(|e| failure(stage, &e))?;
         Ok(())
     }
 
-    fn twins(&mut self) -> Outcome<Vec<Twin>> {
-        self.render(&mut PassTimer::off(), &mut PassTimer::off())?;
-        let Stage { accel, view, size, .. } = self.stage;
-        let Context { device, queue, .. } = &self.gpu.context;
-        let camera = cast::gbuffer(accel, view, *size);
-        let seen = self.camera.read(device, queue).map_err(|e| failure(self.stage, &e))?;
-        let mut twins = camera_twins(&camera, &seen[0]);
-        let expected = rsm::cpu::indirect(accel, &camera, &self.options, &self.params)
-            .map_err(|e| failure(self.stage, &e))?;
+    fn twins(&mut self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {
+        self.render(stage, &mut PassTimer::off(), &mut PassTimer::off())?;
+        let Context { device, queue, .. } = &self.context;
+        let camera = cast::gbuffer(&stage.accel, &stage.view, stage.size);
+        let seen = self.camera.read(device, queue).map_err(|e| failure(stage, &e))?;
+        let mut twins = shared::camera_twins(&camera, &seen[0]);
+        let expected = rsm::cpu::indirect(&stage.accel, &camera, &self.options, &self.params)
+            .map_err(|e| failure(stage, &e))?;
         let found = rsm::gpu::twins(
             (device, queue),
             &self.rsm,
             &self.resources,
-            &self.gpu.scene,
+            &stage.gpu()?.scene,
             &camera,
             &self.camera,
             &expected,
         )
-        .map_err(|e| failure(self.stage, &e))?;
-        // The triangles of a map tell which of its texels are silhouettes.
-        let triangles = |map: Option<usize>| {
-            found.iter().find_map(|t| match (&t.cpu, &t.gpu) {
-                (rsm::gpu::Data::U32(c), rsm::gpu::Data::U32(g)) if t.pass == "surface" && t.map == map => {
-                    Some(c.iter().zip(g).map(|(c, g)| c == g).collect::<Vec<_>>())
-                }
-                _ => None,
-            })
-        };
-        let data = |d: &rsm::gpu::Data| match d {
-            rsm::gpu::Data::F32 { values, components } => Data::Floats(values.clone(), *components),
-            rsm::gpu::Data::U32(values) => Data::Ints(values.clone()),
-        };
-        for t in found.iter().filter(|t| !(t.pass == "surface" && t.buffer == "triangle")) {
-            let map = t.map.map_or_else(String::new, |m| format!("map {m} "));
-            twins.push(Twin {
-                pass: t.pass.to_owned(),
-                buffer: format!("{map}{}", t.buffer),
-                cpu: data(&t.cpu),
-                gpu: data(&t.gpu),
-                same_triangle: if t.pass == "surface" { triangles(t.map) } else { None },
-            });
-        }
+        .map_err(|e| failure(stage, &e))?;
+        twins.extend(shared::rsm_twins(&found));
         Ok(twins)
     }
 }
 
-impl Renderer for Gpu<'_> {
-    fn frame(&mut self) -> Outcome<f64> {
+impl Renderer for Gpu {
+    fn frame(&mut self, stage: &Stage<'_>) -> Outcome<f64> {
         let start = Instant::now();
-        self.render(&mut PassTimer::off(), &mut PassTimer::off())?;
+        self.render(stage, &mut PassTimer::off(), &mut PassTimer::off())?;
         Ok(milliseconds(start))
     }
 
     fn image(&mut self) -> Outcome<Image> {
-        let image = self.gpu.context.read::<Vec3Pad>(&self.resources.image);
-        let image = image.map_err(|e| failure(self.stage, &e))?;
-        Ok(Image { size: self.stage.size, pixels: image.iter().map(|v| v.vec3()).collect() })
+        shared::read_image(&self.context, &self.resources.image, self.camera.size())
     }
 
-    fn passes(&mut self) -> Outcome<Vec<Pass>> {
-        let (mut camera, mut rest) = (self.gpu.timer(), self.gpu.timer());
-        self.render(&mut camera, &mut rest)?;
-        let finish = |timer: &mut PassTimer| timer.finish().map_err(|e| failure(self.stage, &e));
-        let camera_ms = finish(&mut camera)?.iter().map(|p| p.ms).sum();
-        let mut passes = vec![Pass { name: "camera".into(), ms: camera_ms }];
-        // The passes of all maps together.
-        for p in finish(&mut rest)? {
-            match passes.iter_mut().find(|q| q.name == p.name) {
-                Some(q) => q.ms += p.ms,
-                None => passes.push(Pass { name: p.name, ms: p.ms }),
-            }
-        }
-        Ok(passes)
+    fn passes(&mut self, stage: &Stage<'_>) -> Outcome<Vec<Pass>> {
+        let gpu = stage.gpu()?;
+        let (mut camera, mut rest) = (gpu.timer(), gpu.timer());
+        self.render(stage, &mut camera, &mut rest)?;
+        shared::passes(stage, camera, rest)
     }
 
     fn bytes(&self) -> Bytes {
         Bytes { cpu: 0, gpu: self.resources.bytes() + self.camera.bytes() }
     }
-}
-
-/// What the camera sees, from both backends.
-fn camera_twins(cpu: &GBuffer, gpu: &GBuffer) -> Vec<Twin> {
-    let same: Vec<bool> = cpu.triangle.iter().zip(&gpu.triangle).map(|(c, g)| c == g).collect();
-    let vectors = |v: &[Vec3]| Data::Floats(v.iter().flat_map(|v| v.to_array()).collect(), 3);
-    let twin = |buffer: &str, cpu, gpu| Twin {
-        pass: "camera".into(),
-        buffer: buffer.into(),
-        cpu,
-        gpu,
-        same_triangle: Some(same.clone()),
-    };
-    vec![
-        twin("depth", Data::Floats(cpu.depth.clone(), 1), Data::Floats(gpu.depth.clone(), 1)),
-        twin("position", vectors(&cpu.position), vectors(&gpu.position)),
-        twin("normal", vectors(&cpu.normal), vectors(&gpu.normal)),
-        twin("albedo", vectors(&cpu.albedo), vectors(&gpu.albedo)),
-    ]
-}
-
-fn milliseconds(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }
