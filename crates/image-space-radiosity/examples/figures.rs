@@ -54,8 +54,8 @@ fn main() {
         );
         println!("{:?}", flat.passes);
         println!("-- eye space (flat 4096)");
-        for margin in [false, true] {
-            for depth in [1.0, 0.3, 0.2, 0.1, 0.05, 0.02] {
+        for margin in [3.0, 100.0] {
+            for depth in [0.1, 0.05, 0.03] {
                 let p = Params { blocks: Thresholds { depth, normal: 0.3 }, margin, ..exact };
                 let o = run(&Options { coarsest_block: 6, ..base }, &p);
                 println!(
@@ -72,21 +72,46 @@ fn main() {
             }
         }
         println!("-- light space (full res eye), vs all texels");
-        for bound in [Bound::Error, Bound::ContributionAsPrinted] {
-            for tau in [0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5] {
-                let p = Params { tau, bound, ..exact };
-                let o =
-                    run(&Options { lights: Lights::Hierarchical { coarsest: 16, finest: 256 }, ..base }, &p);
+        for bound in [Bound::Error] {
+            for coarsest in [1] {
+                for tau in [10.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3] {
+                    let p = Params { tau, bound, ..exact };
+                    let o =
+                        run(&Options { lights: Lights::Hierarchical { coarsest, finest: 256 }, ..base }, &p);
+                    let cut = o.cuts.iter().map(|c| *c as f64).sum::<f64>() / o.cuts.len() as f64;
+                    println!(
+                        "{bound:?} {coarsest} tau {tau}: rmse {:.4} cut {cut:.0}, {:.1} ms ({:.1}x)",
+                        rmse(&o.image.pixels, &full.image.pixels, &camera),
+                        ms(&o),
+                        ms(&flat) / ms(&o)
+                    );
+                    if tau == 1e-3 {
+                        println!("{:?}", o.passes);
+                    }
+                }
+            }
+        }
+        println!("-- both");
+        for depth in [0.1, 0.05] {
+            for tau in [0.3, 0.1, 0.03, 0.01] {
+                let p = Params { blocks: Thresholds { depth, normal: 0.3 }, margin: 3.0, tau, ..exact };
+                let o = run(
+                    &Options {
+                        lights: Lights::Hierarchical { coarsest: 1, finest: 256 },
+                        coarsest_block: 6,
+                        ..base
+                    },
+                    &p,
+                );
                 let cut = o.cuts.iter().map(|c| *c as f64).sum::<f64>() / o.cuts.len() as f64;
                 println!(
-                    "{bound:?} tau {tau}: rmse {:.4} cut {cut:.0}, {:.1} ms ({:.1}x)",
+                    "both depth {depth} tau {tau}: rmse {:.4} fragments {} cut {cut:.0}, {:.1} ms ({:.1}x) {:?}",
                     rmse(&o.image.pixels, &full.image.pixels, &camera),
+                    o.fragments.nodes.len(),
                     ms(&o),
-                    ms(&flat) / ms(&o)
+                    ms(&flat) / ms(&o),
+                    o.passes
                 );
-                if tau == 1e-3 {
-                    println!("{:?}", o.passes);
-                }
             }
         }
         for t in [0.5, 0.2, 0.1, 0.05] {

@@ -24,8 +24,8 @@ pub struct Block {
     pub pixels: u32,
     /// 1 where it shows both a surface and the background, else 0.
     pub mixed: u32,
-    /// Fills the row.
-    pub pad0: u32,
+    /// Radius of a sphere around `position` that contains the positions of its pixels, metres.
+    pub radius: f32,
 }
 
 impl Block {
@@ -38,7 +38,7 @@ impl Block {
         versine: 0.0,
         pixels: 0,
         mixed: 0,
-        pad0: 0,
+        radius: 0.0,
     };
 }
 
@@ -97,7 +97,7 @@ impl Patch {
     }
 }
 
-/// A patch in the order in which the traversal meets it: its children follow it, `next` skips them. 48 bytes.
+/// A patch as the traversal sees it, linked to its children and past them. 64 bytes, a cache line.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Branch {
@@ -113,6 +113,14 @@ pub struct Branch {
     pub flux: Vec3,
     /// Index of the branch that follows when the children are skipped.
     pub next: u32,
+    /// Index of the first child; meaningless where `reach` is 0.
+    pub child: u32,
+    /// Fills the row.
+    pub pad0: u32,
+    /// Fills the row.
+    pub pad1: u32,
+    /// Fills the row.
+    pub pad2: u32,
 }
 
 impl Branch {

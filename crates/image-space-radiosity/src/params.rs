@@ -128,7 +128,11 @@ impl Thresholds {
     fn validate(&self, options: [&'static str; 2]) -> Result<(), Error> {
         for (option, value) in options.into_iter().zip([self.depth, self.normal]) {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(Error::BadOption { option, value: value.to_string(), requirement: "finite and ≥ 0" });
+                return Err(Error::BadOption {
+                    option,
+                    value: value.to_string(),
+                    requirement: "finite and ≥ 0",
+                });
             }
         }
         Ok(())
@@ -156,8 +160,9 @@ pub struct Params {
     pub seed: u32,
     /// When a block of pixels is subdivided.
     pub blocks: Thresholds,
-    /// Whether a block is also subdivided for a discontinuity of its neighbours: light changes fast beside corners.
-    pub margin: bool,
+    /// Light changes fast beside a surface that rises in front of another. A block is also subdivided for one that begins in the
+    /// blocks beside it and within so many times its radius, `[0, ∞)`; 0 looks at the block alone, as the paper does.
+    pub margin: f32,
     /// When [`Lights::Basic`] subdivides a patch.
     pub patches: Thresholds,
     /// [`Lights::Hierarchical`] subdivides a patch whose bound exceeds this share of [`reference irradiance`], `[0, ∞)`. 0
@@ -180,6 +185,9 @@ impl Params {
         let bad = |option, value: f32, requirement| {
             Err(Error::BadOption { option, value: value.to_string(), requirement })
         };
+        if !(self.margin.is_finite() && self.margin >= 0.0) {
+            return bad("margin", self.margin, "finite and ≥ 0");
+        }
         if !(self.tau.is_finite() && self.tau >= 0.0) {
             return bad("tau", self.tau, "finite and ≥ 0");
         }
@@ -196,7 +204,7 @@ impl Default for Params {
             form: Form::Disc,
             seed: 0,
             blocks: Thresholds { depth: 0.1, normal: 0.3 },
-            margin: true,
+            margin: 3.0,
             patches: Thresholds { depth: 0.2, normal: 0.3 },
             tau: 1e-3,
             bound: Bound::Error,

@@ -6,15 +6,9 @@ mod common;
 use common::{noise_gbuffer, noise_rsm, random};
 use glam::Vec3;
 use image_space_radiosity::layout::state;
-use image_space_radiosity::{Bound, Levels, Params, Patch, Thresholds, cpu};
+use image_space_radiosity::{Bound, Branch, Links, Params, Patch, Thresholds, cpu, level_of_cells, place};
 use proptest::prelude::*;
 use rsm::PyramidLayout;
-
-fn place(layout: &PyramidLayout, node: usize) -> (usize, u32, u32) {
-    let level = layout.levels.iter().rposition(|l| l.offset as usize <= node).unwrap();
-    let i = node as u32 - layout.levels[level].offset;
-    (level, i % layout.levels[level].size[0], i / layout.levels[level].size[0])
-}
 
 fn sum(vpls: impl IntoIterator<Item = Vec3>) -> glam::DVec3 {
     vpls.into_iter().map(|f| f.as_dvec3()).sum()
@@ -29,7 +23,7 @@ fn coverage(
     let [width, height] = layout.levels[0].size;
     let mut count = vec![0; maps * layout.levels[0].len()];
     for (map, node) in nodes {
-        let (level, x, y) = place(layout, node);
+        let (level, x, y) = place(layout, node as u32);
         for ty in (y << level)..((y + 1) << level).min(height) {
             for tx in (x << level)..((x + 1) << level).min(width) {
                 count[map * layout.levels[0].len() + (ty * width + tx) as usize] += 1;
@@ -46,17 +40,16 @@ proptest! {
     fn each_surface_pixel_lies_in_exactly_one_valid_block(
         (w, h, seed) in (1_u32..80, 1_u32..80, any::<u32>()),
         (empty, depth, normal) in (0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..3.0),
-        (coarsest, margin) in (0_usize..7, any::<bool>()),
+        (coarsest, margin) in (0_usize..7, 0.0_f32..4.0),
     ) {
         let g = noise_gbuffer([w, h], seed, empty);
-        let levels = Levels::new([w, h], 0);
-        let layout = &levels.layout;
+        let layout = &PyramidLayout::new([w, h]);
         let coarsest = coarsest.min(layout.levels.len() - 1);
         let blocks = cpu::mips(&g, layout);
         let params = Params { blocks: Thresholds { depth, normal }, margin, ..Params::default() };
         let needs = cpu::refine(&blocks, layout, coarsest, &params);
         let states = cpu::stencil(&blocks, &needs, layout, coarsest);
-        let fragments = cpu::compact(&blocks, &states, &levels);
+        let fragments = cpu::compact(&blocks, &states, layout, coarsest);
         let count = coverage(layout, 1, fragments.nodes.iter().map(|n| (0, *n as usize)));
         for i in 0..g.len() {
             let expected = u32::from(g.is_surface(i));
@@ -69,7 +62,7 @@ proptest! {
         }
         // A state is what brute force says: the chain of needs from the coarsest level down.
         for (i, &found) in states.iter().enumerate() {
-            let (level, x, y) = place(layout, i);
+            let (level, x, y) = place(layout, i as u32);
             let above = |l: usize| {
                 (layout.levels[l].offset + (y >> (l - level)) * layout.levels[l].size[0] + (x >> (l - level))) as usize
             };
@@ -92,7 +85,7 @@ proptest! {
         let layout = PyramidLayout::new([w, h]);
         let blocks = cpu::mips(&g, &layout);
         for (i, b) in blocks.iter().enumerate() {
-            let (level, x, y) = place(&layout, i);
+            let (level, x, y) = place(&layout, i as u32);
             let mut pixels = 0;
             let mut mean = glam::DVec3::ZERO;
             let mut all = 0;
@@ -137,7 +130,7 @@ proptest! {
             // Bounds contain what they bound.
             let slack = |p: &Patch| 1e-5 * (1.0 + p.position.length());
             for (i, p) in patches.iter().enumerate().filter(|(_, p)| p.weight() > 0.0) {
-                let (level, x, y) = place(&layout, i);
+                let (level, x, y) = place(&layout, i as u32);
                 for ty in (y << level)..((y + 1) << level).min(n) {
                     for tx in (x << level)..((x + 1) << level).min(n) {
                         let t = &patches[(ty * n + tx) as usize];
@@ -162,7 +155,7 @@ proptest! {
         let rsm = noise_rsm(n, maps, seed, empty);
         let layout = PyramidLayout::new([n, n]);
         let patches = cpu::patches(&rsm, &layout);
-        let range = [coarsest, coarsest + finest].map(|c| Levels::level_of_cells(&layout, c));
+        let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
         let slots = cpu::clusters(&patches, &layout, range, &Thresholds { depth, normal });
         let used = slots.iter().enumerate().filter(|(_, v)| v.flux.element_sum() > 0.0);
         let nodes = used.map(|(i, _)| (i / layout.len(), i % layout.len()));
@@ -178,22 +171,22 @@ proptest! {
         let rsm = noise_rsm(n, maps, seed, empty);
         let layout = PyramidLayout::new([n, n]);
         let patches = cpu::patches(&rsm, &layout);
-        let range = [coarsest, coarsest + finest].map(|c| Levels::level_of_cells(&layout, c));
-        let levels = Levels::new([n, n], range[1]);
+        let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
+        let links = Links::new([n, n], range[1]);
         let bound = if printed { Bound::ContributionAsPrinted } else { Bound::Error };
         let threshold = tau.powi(4) * cpu::reference_irradiance(&patches, &layout);
-        let tree = cpu::tree(&patches, &levels, range, bound, threshold);
+        let tree = cpu::tree(&patches, &links, range, bound, threshold);
         let mut next = random(seed);
         let mut lights = Vec::new();
         for _ in 0..4 {
-            let centre = Vec3::new(next(), next(), next()) * 20.0 - 5.0;
-            let radius = next() * next();
-            cpu::cut(&tree, centre, radius, &mut lights);
+            let count = 1 + (next() * image_space_radiosity::TILE as f32) as usize;
+            let point = |_| (Vec3::new(next(), next(), next()) * 20.0 - 5.0, Vec3::Y);
+            let tile: Vec<_> = (0..count).map(point).collect();
+            cpu::cut(&tree, &cpu::Tile::new(&tile), &mut lights);
             // The cut does not say which node a light is: walk again, by recursion.
             let mut nodes = Vec::new();
             for map in 0..maps as usize {
-                let above = &patches[map * layout.len()..][..layout.len()];
-                walk(&mut nodes, &Walk { tree: &tree, levels: &levels, patches: above, map, centre, radius }, 0);
+                walk(&mut nodes, &Walk { tree: &tree, links: &links, map, tile: &tile }, 0);
             }
             let used: Vec<_> = nodes.iter().filter(|(m, k)| patches[m * layout.len() + k].weight() > 0.0).collect();
             prop_assert_eq!(lights.len(), used.len());
@@ -207,32 +200,31 @@ proptest! {
 }
 
 struct Walk<'a> {
-    tree: &'a [image_space_radiosity::Branch],
-    levels: &'a Levels,
-    patches: &'a [Patch],
+    tree: &'a [Branch],
+    links: &'a Links,
     map: usize,
-    centre: Vec3,
-    radius: f32,
+    tile: &'a [(Vec3, Vec3)],
 }
 
-/// The cut by recursion over children, without `next`.
+/// The cut by recursion over children, without links.
 fn walk(nodes: &mut Vec<(usize, usize)>, w: &Walk<'_>, k: usize) {
-    let branch = &w.tree[w.map * w.levels.order.len() + k];
-    let node = w.levels.order[k] as usize;
-    let near = (branch.position - w.centre).length_squared() < (branch.reach + w.radius).powi(2);
-    if !(branch.reach > 0.0 && near) {
-        nodes.push((w.map, node));
+    let branch = &w.tree[w.map * w.links.order.len() + k];
+    let node = w.links.order[k];
+    let near = |(p, _): &(Vec3, Vec3)| {
+        let v = branch.position - *p;
+        v.x * v.x + v.y * v.y + v.z * v.z < branch.reach * branch.reach
+    };
+    if !(branch.reach > 0.0 && w.tile.iter().any(near)) {
+        nodes.push((w.map, node as usize));
         return;
     }
-    let (level, x, y) = place(&w.levels.layout, node);
+    let (level, x, y) = place(&w.links.layout, node);
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let l = w.levels.layout.levels[level - 1];
+        let l = w.links.layout.levels[level - 1];
         let (cx, cy) = (2 * x + dx, 2 * y + dy);
         if cx < l.size[0] && cy < l.size[1] {
             let child = l.offset + cy * l.size[0] + cx;
-            let k = w.levels.order.iter().position(|n| *n == child).unwrap();
-            assert_eq!(w.patches[child as usize].flux, w.tree[w.map * w.levels.order.len() + k].flux);
-            walk(nodes, w, k);
+            walk(nodes, w, w.links.order.iter().position(|n| *n == child).unwrap());
         }
     }
 }

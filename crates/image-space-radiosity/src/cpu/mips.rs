@@ -35,7 +35,16 @@ fn leaf(depth: f32, position: Vec3, normal: Vec3) -> Block {
     if normal == Vec3::ZERO {
         return Block::EMPTY;
     }
-    Block { position, depth_min: depth, normal, depth_max: depth, versine: 0.0, pixels: 1, mixed: 0, pad0: 0 }
+    Block {
+        position,
+        depth_min: depth,
+        normal,
+        depth_max: depth,
+        versine: 0.0,
+        pixels: 1,
+        mixed: 0,
+        radius: 0.0,
+    }
 }
 
 /// The block of the up to four children at `(2x, 2y)…(2x+1, 2y+1)`.
@@ -65,8 +74,15 @@ fn parent(children: &[Block], size: [u32; 2], [x, y]: [u32; 2], level: u32, imag
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
             let child = &children[(cy * size[0] + cx) as usize];
+            block.position += child.position * (child.pixels as f32 / block.pixels as f32);
+        }
+    }
+    for cy in 2 * y..y_end {
+        for cx in 2 * x..x_end {
+            let child = &children[(cy * size[0] + cx) as usize];
             if child.pixels > 0 {
-                block.position += child.position * (child.pixels as f32 / block.pixels as f32);
+                let v = child.position - block.position;
+                block.radius = block.radius.max(v.dot(v).sqrt() + child.radius);
                 let offset = child.normal - block.normal;
                 let versine = versine_of_sum(0.5 * offset.dot(offset), child.versine);
                 block.versine = block.versine.max(versine);

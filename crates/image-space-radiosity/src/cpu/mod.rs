@@ -25,14 +25,14 @@ pub use patches::{patches, reference_irradiance};
 pub use refine::{refine, stencil};
 pub use rsm::cpu::PassTime;
 pub use splat::{splat, splat_bounded};
-pub use traverse::{bounds, cut, traverse};
+pub use traverse::{Tile, cut, traverse};
 pub use tree::{ALWAYS, tree};
 pub use upsample::{pull, push, upsample};
 
 use crate::{
     Error,
     layout::{Block, Branch, Patch},
-    levels::Levels,
+    levels::{Links, level_of_cells},
     params::{Lights, Method, Options, Params},
 };
 
@@ -160,7 +160,7 @@ fn indirect_of_maps(
         out.reference = reference_irradiance(&out.patches, &light_layout);
     }
     let range = |coarsest, finest| {
-        let level = |cells| Levels::level_of_cells(&light_layout, cells);
+        let level = |cells| level_of_cells(&light_layout, cells);
         [level(coarsest), level(finest)]
     };
     match options.lights {
@@ -177,8 +177,8 @@ fn indirect_of_maps(
             let range = range(coarsest, finest);
             let threshold = params.tau * out.reference;
             out.tree = clock.time("tree", || {
-                let levels = Levels::new([options.resolution; 2], range[1]);
-                tree(&out.patches, &levels, range, params.bound, threshold)
+                let links = Links::new([options.resolution; 2], range[1]);
+                tree(&out.patches, &links, range, params.bound, threshold)
             });
         }
     }
@@ -190,8 +190,7 @@ fn indirect_of_maps(
         out.irradiance =
             clock.time("splat", || splat_bounded(&out.lights, camera, view, cutoff, params.form));
     } else {
-        let levels = Levels::new(camera.size, 0);
-        let layout = &levels.layout;
+        let layout = &PyramidLayout::new(camera.size);
         let coarsest = (options.coarsest_block as usize).min(layout.levels.len() - 1);
         out.blocks = clock.time("mips", || mips(camera, layout));
         (out.needs, out.states) = clock.time("refine", || {
@@ -199,7 +198,7 @@ fn indirect_of_maps(
             let states = stencil(&out.blocks, &needs, layout, coarsest);
             (needs, states)
         });
-        out.fragments = clock.time("compact", || compact(&out.blocks, &out.states, &levels));
+        out.fragments = clock.time("compact", || compact(&out.blocks, &out.states, layout, coarsest));
         let points = &out.fragments.points;
         (out.gathered, out.cuts) = match (options.method, options.lights) {
             (Method::Splat, _) => {

@@ -22,9 +22,16 @@ pub fn refine(blocks: &[Block], layout: &PyramidLayout, coarsest: usize, params:
     nodes(layout, coarsest)
         .map(|i| {
             let (level, x, y) = place(layout, i);
-            let level_nodes = &blocks[layout.levels[level].offset as usize..];
-            let size = layout.levels[level].size;
-            u32::from(level > 0 && needs_subdivision(level_nodes, size, [x, y], depth, versine, params.margin))
+            let own = &blocks[i as usize];
+            if level == 0 || own.pixels == 0 {
+                return 0;
+            }
+            let l = layout.levels[level];
+            let ring = &blocks[l.offset as usize..];
+            u32::from(
+                has_discontinuity(own, depth, versine)
+                    || rises_beside(own, ring, l.size, [x, y], versine, params.margin),
+            )
         })
         .collect()
 }
@@ -62,34 +69,34 @@ fn nodes(layout: &PyramidLayout, coarsest: usize) -> impl IndexedParallelIterato
     (0..node_count(layout, coarsest)).into_par_iter().with_min_len(1024)
 }
 
-/// Whether a block, or with `margin` it and its eight neighbours together, hold a discontinuity.
-fn needs_subdivision(
-    blocks: &[Block],
+/// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
+fn has_discontinuity(block: &Block, depth: f32, versine: f32) -> bool {
+    let flat = block.depth_max - block.depth_min < depth * block.depth_max && block.versine < versine;
+    block.mixed != 0 || !flat
+}
+
+/// Whether another surface rises in front of a block's plane just beside it. `ring` are the blocks of its level.
+fn rises_beside(
+    own: &Block,
+    ring: &[Block],
     size: [u32; 2],
     [x, y]: [u32; 2],
-    depth: f32,
     versine: f32,
-    margin: bool,
+    margin: f32,
 ) -> bool {
-    let own = &blocks[(y * size[0] + x) as usize];
-    if own.pixels == 0 {
-        return false;
-    }
-    let reach = u32::from(margin);
-    let (mut depth_min, mut depth_max) = (own.depth_min, own.depth_max);
-    let mut widest = own.versine;
-    for ny in y.saturating_sub(reach)..(y + reach + 1).min(size[1]) {
-        for nx in x.saturating_sub(reach)..(x + reach + 1).min(size[0]) {
-            let other = &blocks[(ny * size[0] + nx) as usize];
+    let near = margin * own.radius;
+    for cy in y.saturating_sub(1)..(y + 2).min(size[1]) {
+        for cx in x.saturating_sub(1)..(x + 2).min(size[0]) {
+            let other = &ring[(cy * size[0] + cx) as usize];
             if other.pixels > 0 {
-                depth_min = depth_min.min(other.depth_min);
-                depth_max = depth_max.max(other.depth_max);
+                let v = other.position - own.position;
                 let offset = other.normal - own.normal;
-                widest = widest.max(versine_of_sum(0.5 * offset.dot(offset), other.versine));
+                let turned = versine_of_sum(0.5 * offset.dot(offset), other.versine) >= versine;
+                if turned && own.normal.dot(v) > 0.0 && v.dot(v) < near * near {
+                    return true;
+                }
             }
         }
     }
-    // Not `<`, so that a threshold of 0 subdivides everything.
-    let flat = depth_max - depth_min < depth * depth_max && widest < versine;
-    own.mixed != 0 || !flat
+    false
 }

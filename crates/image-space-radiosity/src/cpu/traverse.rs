@@ -1,7 +1,8 @@
 //! `traverse`: each tile of neighbouring fragments gathers its own cut through the tree of lights (§3.5.1).
 //!
-//! The walk keeps no stack: a branch is either skipped to [`Branch::next`] or followed by its first child. The fragments of a
-//! tile share the cut that the nearest point of their bounding sphere needs, which is at least as fine as each alone.
+//! The walk keeps no stack: from a branch it goes to [`Branch::child`] or to [`Branch::next`]. The fragments of a tile share the
+//! cut that the nearest of them needs, which is at least as fine as each alone: so one walk serves a whole block of the
+//! gather's kernel.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,8 +16,7 @@ pub fn traverse(tree: &[Branch], points: &[(Vec3, Vec3)], form: Form) -> (Vec<Ve
     let tiles: Vec<(Vec<Vec3>, u32)> = points
         .par_chunks(TILE)
         .map_init(Vec::new, |lights, tile| {
-            let (centre, radius) = bounds(tile);
-            cut(tree, centre, radius, lights);
+            cut(tree, &Tile::new(tile), lights);
             let receivers: Receivers = tile.iter().copied().collect();
             (rsm::cpu::gather(lights, &receivers, form), lights.len() as u32)
         })
@@ -25,32 +25,48 @@ pub fn traverse(tree: &[Branch], points: &[(Vec3, Vec3)], form: Form) -> (Vec<Ve
     (tiles.into_iter().flat_map(|(e, _)| e).collect(), cuts)
 }
 
-/// A sphere around points.
-#[must_use]
-pub fn bounds(points: &[(Vec3, Vec3)]) -> (Vec3, f32) {
-    let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
-    for (p, _) in points {
-        min = min.min(*p);
-        max = max.max(*p);
+/// Positions of up to [`TILE`] fragments, the last one repeated where there are fewer.
+#[derive(Debug, Clone, Copy)]
+pub struct Tile([[f32; TILE]; 3]);
+
+impl Tile {
+    /// The tile of one to [`TILE`] points; of none, the origin.
+    #[must_use]
+    pub fn new(points: &[(Vec3, Vec3)]) -> Self {
+        let mut tile = Self([[0.0; TILE]; 3]);
+        for lane in 0..TILE {
+            if let Some((p, _)) = points.get(lane.min(points.len().saturating_sub(1))) {
+                for axis in 0..3 {
+                    tile.0[axis][lane] = p[axis];
+                }
+            }
+        }
+        tile
     }
-    let centre = (min + max) * 0.5;
-    let mut radius2 = 0.0_f32;
-    for (p, _) in points {
-        let v = *p - centre;
-        radius2 = radius2.max(v.dot(v));
+
+    /// Squared distance of the nearest fragment.
+    #[inline]
+    fn distance2(&self, p: Vec3) -> f32 {
+        let mut d2 = [0.0; TILE];
+        for (lane, d2) in d2.iter_mut().enumerate() {
+            let vx = p.x - self.0[0][lane];
+            let vy = p.y - self.0[1][lane];
+            let vz = p.z - self.0[2][lane];
+            *d2 = vx * vx + vy * vy + vz * vz;
+        }
+        let least = |a: f32, b: f32| if a < b { a } else { b };
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| least(d2[i], d2[i + 4]));
+        least(least(a, b), least(c, d))
     }
-    (centre, radius2.sqrt())
 }
 
-/// The lights that receivers in the sphere need, in the order of the tree.
-pub fn cut(tree: &[Branch], centre: Vec3, radius: f32, lights: &mut Vec<Vpl>) {
+/// The lights that the fragments of a tile need, in the order of the walk.
+pub fn cut(tree: &[Branch], tile: &Tile, lights: &mut Vec<Vpl>) {
     lights.clear();
     let mut i = 0;
     while let Some(branch) = tree.get(i) {
-        let v = branch.position - centre;
-        let reach = branch.reach + radius;
-        if branch.reach > 0.0 && v.dot(v) < reach * reach {
-            i += 1;
+        if branch.reach > 0.0 && tile.distance2(branch.position) < branch.reach * branch.reach {
+            i = branch.child as usize;
             continue;
         }
         if branch.flux.x + branch.flux.y + branch.flux.z > 0.0 {
