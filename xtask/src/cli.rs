@@ -38,7 +38,7 @@ pub(crate) enum Command {
     /// Measure the accuracy of the formulas and write docs/accuracy.md.
     Accuracy,
     /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
-    BenchPeers,
+    BenchPeers(BenchPeersArgs),
     /// Fail on a dependency edge that docs/architecture.md does not draw.
     CheckLayers,
 }
@@ -222,6 +222,14 @@ pub(crate) struct TestArgs {
     /// Print the steps and stop.
     #[arg(long)]
     pub(crate) list: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchPeersArgs {
+    /// Fixtures whose paths are compared; none: an area light, a spot on one wall and a large mesh under the sun. Rays are
+    /// compared where no fixture is named.
+    #[arg(value_name = "FIXTURE", value_parser = indirect_scene::fixtures::NAMES)]
+    pub(crate) scenes: Vec<String>,
 }
 
 #[derive(Debug, Args)]

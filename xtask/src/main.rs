@@ -69,7 +69,7 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::Fixtures(args)) => fixtures::run(args),
         Some(Command::Doctor) => doctor::run(),
         Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
-        Some(Command::BenchPeers) => bench_peers::run(),
+        Some(Command::BenchPeers(args)) => bench_peers::run(args),
         Some(Command::CheckLayers) => layers::run(),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),
