@@ -73,6 +73,28 @@ pub struct Output {
     pub passes: Vec<PassTime>,
 }
 
+impl Output {
+    /// Bytes that the maps and everything made from them hold.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let fragments =
+            self.fragments.points.len() * (2 * size_of::<Vec3>() + 4) + self.fragments.slots.len() * 4;
+        let vectors =
+            self.gathered.len() + self.pulled.len() + self.irradiance.len() + self.image.pixels.len();
+        self.rsm.bytes()
+            + size_of_val(&self.patches[..])
+            + size_of_val(&self.tree[..])
+            + size_of_val(&self.light_slots[..])
+            + size_of_val(&self.lights[..])
+            + size_of_val(&self.blocks[..])
+            + size_of_val(&self.needs[..])
+            + size_of_val(&self.states[..])
+            + fragments
+            + vectors * size_of::<Vec3>()
+            + size_of_val(&self.cuts[..])
+    }
+}
+
 /// Runs passes and notes their time.
 #[derive(Default)]
 struct Clock(Vec<PassTime>);
