@@ -203,10 +203,10 @@ impl Default for Params {
         Self {
             form: Form::Disc,
             seed: 0,
-            blocks: Thresholds { depth: 0.1, normal: 0.3 },
+            blocks: Thresholds { depth: 0.05, normal: 0.3 },
             margin: 3.0,
             patches: Thresholds { depth: 0.2, normal: 0.3 },
-            tau: 1e-3,
+            tau: 0.1,
             bound: Bound::Error,
             cutoff: 0.01,
         }

@@ -67,13 +67,13 @@ fn rises_beside(i: u32, at: vec3<u32>) -> bool {
     for (var cy = max(at.z, 1u) - 1u; cy < y_end; cy++) {
         for (var cx = max(at.y, 1u) - 1u; cx < x_end; cx++) {
             let k = ring.x + cy * ring.y + cx;
-            if blocks[k].pixels > 0u {
-                let v = blocks[k].position - position;
-                let offset = blocks[k].normal - normal;
-                let turned = versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) >= params.versine;
-                if turned && dot(normal, v) > 0.0 && dot(v, v) < near * near {
-                    return true;
-                }
+            let offset = blocks[k].normal - normal;
+            if versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) < params.versine || blocks[k].pixels == 0u {
+                continue;
+            }
+            let v = blocks[k].position - position;
+            if dot(normal, v) > 0.0 && dot(v, v) < near * near {
+                return true;
             }
         }
     }

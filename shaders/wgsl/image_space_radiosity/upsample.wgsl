@@ -28,7 +28,7 @@ fn pull(
     }
 }
 
-/// The pair's finer level from its coarser one.
+/// The pair's finer level from its coarser one; one thread per coarser block.
 @compute @workgroup_size(64)
 fn push(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -36,12 +36,56 @@ fn push(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < pair.fine_width * pair.fine_height {
-        let node = pair.fine_offset + i;
-        if states[node] == COVERED {
-            irradiance[node] = vec4(interpolate(node, i % pair.fine_width, i / pair.fine_width), 0.0);
-        }
+    if i >= pair.coarse_width * pair.coarse_height {
+        return;
     }
+    let own = pair.coarse_offset + i;
+    if states[own] != VALID && states[own] != COVERED {
+        return;
+    }
+    let x = i % pair.coarse_width;
+    let y = i / pair.coarse_width;
+    // Below 0 wraps, and is outside as the size is.
+    let l = neighbour(own, x - 1u, y);
+    let r = neighbour(own, x + 1u, y);
+    let u = neighbour(own, x, y - 1u);
+    let d = neighbour(own, x, y + 1u);
+    let lu = neighbour(own, x - 1u, y - 1u);
+    let ru = neighbour(own, x + 1u, y - 1u);
+    let ld = neighbour(own, x - 1u, y + 1u);
+    let rd = neighbour(own, x + 1u, y + 1u);
+    let e = irradiance[own].xyz;
+    let child = pair.fine_offset + 2u * y * pair.fine_width + 2u * x;
+    let has_right = 2u * x + 1u < pair.fine_width;
+    let has_below = 2u * y + 1u < pair.fine_height;
+    irradiance[child] = vec4(mix_children(e, l, u, lu), 0.0);
+    if has_right {
+        irradiance[child + 1u] = vec4(mix_children(e, r, u, ru), 0.0);
+    }
+    if has_below {
+        irradiance[child + pair.fine_width] = vec4(mix_children(e, l, d, ld), 0.0);
+    }
+    if has_right && has_below {
+        irradiance[child + pair.fine_width + 1u] = vec4(mix_children(e, r, d, rd), 0.0);
+    }
+}
+
+/// The value at a neighbour and how far it counts; 0 outside the image and where nothing is seen.
+fn neighbour(own: u32, x: u32, y: u32) -> vec4<f32> {
+    if x >= pair.coarse_width || y >= pair.coarse_height {
+        return vec4(0.0);
+    }
+    let i = pair.coarse_offset + y * pair.coarse_width + x;
+    if states[i] == EMPTY {
+        return vec4(0.0);
+    }
+    return vec4(irradiance[i].xyz, agreement(own, i));
+}
+
+/// The bilinear weights of a child: 9 for its parent, 3 for the two beside it, 1 for the one across.
+fn mix_children(e: vec3<f32>, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec3<f32> {
+    let sum = e * 9.0 + a.xyz * (3.0 * a.w) + b.xyz * (3.0 * b.w) + c.xyz * c.w;
+    return sum * (1.0 / (9.0 + 3.0 * a.w + 3.0 * b.w + c.w));
 }
 
 /// Mean of the children's irradiance, weighted by their surface pixels.
@@ -57,31 +101,6 @@ fn mean(x: u32, y: u32) -> vec3<f32> {
     }
     // A subdivided block has surface pixels.
     return sum * (1.0 / f32(pixels));
-}
-
-/// The value at a block from the four nearest of the next coarser level, its parent first.
-fn interpolate(node: u32, x: u32, y: u32) -> vec3<f32> {
-    let px = x / 2u;
-    let py = y / 2u;
-    // The neighbour on the side on which the block lies in its parent; below 0 wraps, and is outside as the size is.
-    let qx = select(px + 1u, px - 1u, x % 2u == 0u);
-    let qy = select(py + 1u, py - 1u, y % 2u == 0u);
-    var sum = irradiance[pair.coarse_offset + py * pair.coarse_width + px].xyz * 9.0;
-    var weights = 9.0;
-    var nx = array(qx, px, qx);
-    var ny = array(py, qy, qy);
-    var bilinear = array(3.0, 3.0, 1.0);
-    for (var k = 0u; k < 3u; k++) {
-        if nx[k] < pair.coarse_width && ny[k] < pair.coarse_height {
-            let other = pair.coarse_offset + ny[k] * pair.coarse_width + nx[k];
-            if states[other] != EMPTY {
-                let w = bilinear[k] * agreement(node, other);
-                sum += irradiance[other].xyz * w;
-                weights += w;
-            }
-        }
-    }
-    return sum * (1.0 / weights);
 }
 
 /// How far two blocks are one smooth surface, [0, 1]: their normals agree and each lies in the other's plane.

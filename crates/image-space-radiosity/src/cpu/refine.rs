@@ -88,13 +88,13 @@ fn rises_beside(
     for cy in y.saturating_sub(1)..(y + 2).min(size[1]) {
         for cx in x.saturating_sub(1)..(x + 2).min(size[0]) {
             let other = &ring[(cy * size[0] + cx) as usize];
-            if other.pixels > 0 {
-                let v = other.position - own.position;
-                let offset = other.normal - own.normal;
-                let turned = versine_of_sum(0.5 * offset.dot(offset), other.versine) >= versine;
-                if turned && own.normal.dot(v) > 0.0 && v.dot(v) < near * near {
-                    return true;
-                }
+            let offset = other.normal - own.normal;
+            if versine_of_sum(0.5 * offset.dot(offset), other.versine) < versine || other.pixels == 0 {
+                continue;
+            }
+            let v = other.position - own.position;
+            if own.normal.dot(v) > 0.0 && v.dot(v) < near * near {
+                return true;
             }
         }
     }

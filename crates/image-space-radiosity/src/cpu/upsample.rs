@@ -86,49 +86,69 @@ pub fn push(
 ) {
     for level in (0..coarsest).rev() {
         let (fine, coarse) = (layout.levels[level], layout.levels[level + 1]);
+        let nodes = coarse.offset as usize..coarse.offset as usize + coarse.len();
         let (below, above) = irradiance.split_at_mut(coarse.offset as usize);
-        let own = &mut below[fine.offset as usize..];
-        own.par_iter_mut().with_min_len(1024).enumerate().for_each(|(i, e)| {
-            let node = fine.offset as usize + i;
-            if states[node] == state::COVERED {
-                let i = i as u32;
-                let place = [i % fine.size[0], i / fine.size[0]];
-                *e = interpolate(&blocks[node], place, blocks, states, above, coarse.offset, coarse.size);
+        let parents =
+            Parents { blocks: &blocks[nodes.clone()], states: &states[nodes], above, size: coarse.size };
+        let width = fine.size[0];
+        // Two rows of children for each row of parents.
+        let rows = below[fine.offset as usize..].par_chunks_mut(2 * width as usize);
+        rows.zip(0..coarse.size[1]).for_each(|(children, y)| {
+            for x in 0..coarse.size[0] {
+                if let Some(values) = parents.children([x, y]) {
+                    for ((dx, dy), value) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().zip(values) {
+                        let i = (dy * width + 2 * x + dx) as usize;
+                        if 2 * x + dx < width && i < children.len() {
+                            children[i] = value;
+                        }
+                    }
+                }
             }
         });
     }
 }
 
-/// The value at a block from the four nearest of the next coarser level, its parent first.
-fn interpolate(
-    block: &Block,
-    [x, y]: [u32; 2],
-    blocks: &[Block],
-    states: &[u32],
-    above: &[Vec3],
-    offset: u32,
+/// A level that is spread to the next finer one.
+struct Parents<'a> {
+    blocks: &'a [Block],
+    states: &'a [u32],
+    above: &'a [Vec3],
     size: [u32; 2],
-) -> Vec3 {
-    let [px, py] = [x / 2, y / 2];
-    // The neighbour on the side on which the block lies in its parent; u32::MAX and the size are outside.
-    let qx = if x % 2 == 0 { px.wrapping_sub(1) } else { px + 1 };
-    let qy = if y % 2 == 0 { py.wrapping_sub(1) } else { py + 1 };
-    let parent = py * size[0] + px;
-    // The parent is one surface, and the block lies on it: it counts in full.
-    let mut sum = above[parent as usize] * 9.0;
-    let mut weights = 9.0;
-    for (nx, ny, weight) in [(qx, py, 3.0), (px, qy, 3.0), (qx, qy, 1.0)] {
-        if nx < size[0] && ny < size[1] {
-            let i = ny * size[0] + nx;
-            let node = (offset + i) as usize;
-            if states[node] != state::EMPTY {
-                let w = weight * agreement(block, &blocks[node]);
-                sum += above[i as usize] * w;
-                weights += w;
-            }
+}
+
+impl Parents<'_> {
+    /// The values at the four children of a block that lies in a fragment: each from the four nearest blocks, its parent first.
+    fn children(&self, [x, y]: [u32; 2]) -> Option<[Vec3; 4]> {
+        let own = (y * self.size[0] + x) as usize;
+        if !matches!(self.states[own], state::VALID | state::COVERED) {
+            return None;
         }
+        // Below 0 wraps, and is outside as the size is.
+        let (left, right, up, down) = (x.wrapping_sub(1), x + 1, y.wrapping_sub(1), y + 1);
+        let at = |nx, ny| self.neighbour(own, nx, ny);
+        let (l, r, u, d) = (at(left, y), at(right, y), at(x, up), at(x, down));
+        let (lu, ru, ld, rd) = (at(left, up), at(right, up), at(left, down), at(right, down));
+        let e = self.above[own];
+        Some([mix(e, l, u, lu), mix(e, r, u, ru), mix(e, l, d, ld), mix(e, r, d, rd)])
     }
-    sum * (1.0 / weights)
+
+    /// The value at a neighbour and how far it counts; 0 outside the image and where nothing is seen.
+    fn neighbour(&self, own: usize, x: u32, y: u32) -> (Vec3, f32) {
+        if x >= self.size[0] || y >= self.size[1] {
+            return (Vec3::ZERO, 0.0);
+        }
+        let i = (y * self.size[0] + x) as usize;
+        if self.states[i] == state::EMPTY {
+            return (Vec3::ZERO, 0.0);
+        }
+        (self.above[i], agreement(&self.blocks[own], &self.blocks[i]))
+    }
+}
+
+/// The bilinear weights of a child: 9 for its parent, 3 for the two beside it, 1 for the one across.
+fn mix(e: Vec3, a: (Vec3, f32), b: (Vec3, f32), c: (Vec3, f32)) -> Vec3 {
+    let sum = e * 9.0 + a.0 * (3.0 * a.1) + b.0 * (3.0 * b.1) + c.0 * c.1;
+    sum * (1.0 / (9.0 + 3.0 * a.1 + 3.0 * b.1 + c.1))
 }
 
 /// How far two blocks are one smooth surface, `[0, 1]`: their normals agree and each lies in the other's plane.

@@ -395,7 +395,8 @@ impl ImageSpaceRadiosity {
                 }
             } else {
                 // Level by level down to the pixels.
-                for (group, workgroups) in resources.push_groups.iter().zip(&levels).take(used - 1).rev() {
+                let coarser = levels[1..].iter();
+                for (group, workgroups) in resources.push_groups.iter().zip(coarser).take(used - 1).rev() {
                     self.push.record(pass, &[group], *workgroups);
                 }
             }
