@@ -51,9 +51,8 @@ proptest! {
         let states = cpu::stencil(&blocks, &needs, layout, coarsest);
         let fragments = cpu::compact(&blocks, &states, layout, coarsest);
         let count = coverage(layout, 1, fragments.nodes.iter().map(|n| (0, *n as usize)));
-        for i in 0..g.len() {
-            let expected = u32::from(g.is_surface(i));
-            prop_assert_eq!(count[i], expected, "pixel {}", i);
+        for (i, count) in count.into_iter().enumerate() {
+            prop_assert_eq!(count, u32::from(g.is_surface(i)), "pixel {}", i);
         }
         for (i, &node) in fragments.nodes.iter().enumerate() {
             prop_assert_eq!(fragments.slots[node as usize], i as u32);

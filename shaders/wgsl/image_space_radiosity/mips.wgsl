@@ -42,50 +42,54 @@ fn leaf(depth: f32, position: vec3<f32>, normal: vec3<f32>) -> Block {
 
 /// The block of the up to four children at (2x, 2y)…(2x+1, 2y+1).
 fn parent(x: u32, y: u32) -> Block {
+    let a = child(2u * x, 2u * y);
+    let b = child(2u * x + 1u, 2u * y);
+    let c = child(2u * x, 2u * y + 1u);
+    let d = child(2u * x + 1u, 2u * y + 1u);
     var block = BLOCK_EMPTY;
-    var axis = vec3(0.0);
-    let x_end = min(2u * x + 2u, pair.fine_width);
-    let y_end = min(2u * y + 2u, pair.fine_height);
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = blocks[pair.fine_offset + cy * pair.fine_width + cx];
-            block.depth_min = min(block.depth_min, child.depth_min);
-            block.depth_max = max(block.depth_max, child.depth_max);
-            block.pixels += child.pixels;
-            axis += child.normal;
-        }
-    }
+    block.pixels = a.pixels + b.pixels + c.pixels + d.pixels;
     if block.pixels == 0u {
         return block;
     }
+    block.depth_min = min(min(a.depth_min, b.depth_min), min(c.depth_min, d.depth_min));
+    block.depth_max = max(max(a.depth_max, b.depth_max), max(c.depth_max, d.depth_max));
     let covered = side(x, pair.level, pair.image_width) * side(y, pair.level, pair.image_height);
     block.mixed = u32(block.pixels < covered);
+    let axis = a.normal + b.normal + c.normal + d.normal;
     let length = sqrt(dot(axis, axis));
     let cancelled = length < 1e-3;
     // Normals that cancel: no axis is better than another, the cone is everything.
     block.normal = select(axis * (1.0 / length), vec3(0.0, 0.0, 1.0), cancelled);
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let i = pair.fine_offset + cy * pair.fine_width + cx;
-            block.position += blocks[i].position * (f32(blocks[i].pixels) / f32(block.pixels));
-        }
-    }
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = blocks[pair.fine_offset + cy * pair.fine_width + cx];
-            if child.pixels > 0u {
-                let v = child.position - block.position;
-                block.radius = max(block.radius, sqrt(dot(v, v)) + child.radius);
-                let offset = child.normal - block.normal;
-                let versine = versine_of_sum(0.5 * dot(offset, offset), child.versine);
-                block.versine = max(block.versine, versine);
-            }
-        }
-    }
+    let pixels = f32(block.pixels);
+    block.position = a.position * (f32(a.pixels) / pixels) + b.position * (f32(b.pixels) / pixels)
+        + c.position * (f32(c.pixels) / pixels) + d.position * (f32(d.pixels) / pixels);
+    widen(&block, a);
+    widen(&block, b);
+    widen(&block, c);
+    widen(&block, d);
     if cancelled {
         block.versine = 2.0;
     }
     return block;
+}
+
+/// A block of the finer level; empty outside the image.
+fn child(x: u32, y: u32) -> Block {
+    if x < pair.fine_width && y < pair.fine_height {
+        return blocks[pair.fine_offset + y * pair.fine_width + x];
+    }
+    return BLOCK_EMPTY;
+}
+
+/// Makes sphere and cone contain those of a child.
+fn widen(block: ptr<function, Block>, child: Block) {
+    if child.pixels > 0u {
+        let v = child.position - (*block).position;
+        (*block).radius = max((*block).radius, sqrt(dot(v, v)) + child.radius);
+        let offset = child.normal - (*block).normal;
+        let versine = versine_of_sum(0.5 * dot(offset, offset), child.versine);
+        (*block).versine = max((*block).versine, versine);
+    }
 }
 
 /// Pixels along one side of a block that lie inside the image.

@@ -49,57 +49,67 @@ fn leaf(position: vec3<f32>, normal: vec3<f32>, texel: Texel) -> Patch {
 
 /// The patch of the up to four children at (2x, 2y)…(2x+1, 2y+1).
 fn parent(x: u32, y: u32) -> Patch {
+    let a = child(2u * x, 2u * y);
+    let b = child(2u * x + 1u, 2u * y);
+    let c = child(2u * x, 2u * y + 1u);
+    let d = child(2u * x + 1u, 2u * y + 1u);
     var light = PATCH_EMPTY;
-    let x_end = min(2u * x + 2u, pair.fine_width);
-    let y_end = min(2u * y + 2u, pair.fine_height);
-    var brightest = vec3(0.0);
-    var most = 0.0;
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = patches[pair.fine_offset + cy * pair.fine_width + cx];
-            light.flux += child.flux;
-            light.area += child.area;
-            let w = weight(child.flux);
-            if w > most {
-                most = w;
-                brightest = child.normal;
-            }
-        }
-    }
+    light.flux = a.flux + b.flux + c.flux + d.flux;
+    light.area = a.area + b.area + c.area + d.area;
     let total = weight(light.flux);
     if total <= 0.0 {
         return light;
     }
-    var axis = vec3(0.0);
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = patches[pair.fine_offset + cy * pair.fine_width + cx];
-            let share = weight(child.flux) / total;
-            light.position += child.position * share;
-            axis += child.normal * share;
-        }
-    }
+    let shares = vec4(weight(a.flux), weight(b.flux), weight(c.flux), weight(d.flux)) / total;
+    light.position = a.position * shares.x + b.position * shares.y + c.position * shares.z + d.position * shares.w;
+    let axis = a.normal * shares.x + b.normal * shares.y + c.normal * shares.z + d.normal * shares.w;
     let length = sqrt(dot(axis, axis));
     let cancelled = length < 1e-3;
-    // Normals that cancel: the brightest is better than none, the cone is everything.
-    light.normal = select(axis * (1.0 / length), brightest, cancelled);
-    for (var cy = 2u * y; cy < y_end; cy++) {
-        for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = patches[pair.fine_offset + cy * pair.fine_width + cx];
-            if weight(child.flux) > 0.0 {
-                let v = child.position - light.position;
-                light.radius = max(light.radius, sqrt(dot(v, v)) + child.radius);
-                let offset = child.normal - light.normal;
-                let versine = 0.5 * dot(offset, offset);
-                let sine = sqrt(max(versine * (2.0 - versine), 0.0));
-                let relief = abs(dot(light.normal, v)) + child.relief + child.radius * sine;
-                light.relief = max(light.relief, relief);
-                light.versine = max(light.versine, versine_of_sum(versine, child.versine));
-            }
+    light.normal = axis * (1.0 / length);
+    if cancelled {
+        // Normals that cancel: the brightest is better than none, the cone is everything.
+        var most = weight(a.flux);
+        light.normal = a.normal;
+        if weight(b.flux) > most {
+            most = weight(b.flux);
+            light.normal = b.normal;
+        }
+        if weight(c.flux) > most {
+            most = weight(c.flux);
+            light.normal = c.normal;
+        }
+        if weight(d.flux) > most {
+            light.normal = d.normal;
         }
     }
+    widen(&light, a);
+    widen(&light, b);
+    widen(&light, c);
+    widen(&light, d);
     if cancelled {
         light.versine = 2.0;
     }
     return light;
+}
+
+/// A patch of the finer level; empty outside the map.
+fn child(x: u32, y: u32) -> Patch {
+    if x < pair.fine_width && y < pair.fine_height {
+        return patches[pair.fine_offset + y * pair.fine_width + x];
+    }
+    return PATCH_EMPTY;
+}
+
+/// Makes sphere, plane and cone contain those of a child.
+fn widen(light: ptr<function, Patch>, child: Patch) {
+    if weight(child.flux) > 0.0 {
+        let v = child.position - (*light).position;
+        (*light).radius = max((*light).radius, sqrt(dot(v, v)) + child.radius);
+        let offset = child.normal - (*light).normal;
+        let versine = 0.5 * dot(offset, offset);
+        let sine = sqrt(max(versine * (2.0 - versine), 0.0));
+        let relief = abs(dot((*light).normal, v)) + child.relief + child.radius * sine;
+        (*light).relief = max((*light).relief, relief);
+        (*light).versine = max((*light).versine, versine_of_sum(versine, child.versine));
+    }
 }
