@@ -95,7 +95,9 @@ modules! {
     /// Flux and footprint of every texel of a reflective shadow map; twin of `rsm::cpu::flux`.
     RSM_FLUX = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/flux.wgsl"] => ["flux"];
     /// Mip pyramid of a reflective shadow map; twin of `rsm::cpu::pyramid`.
-    RSM_PYRAMID = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/pyramid.wgsl"] => ["pyramid_leaf", "pyramid_parent"];
+    RSM_PYRAMID = ["core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "rsm/pyramid.wgsl"] => [
+        "pyramid_leaf", "pyramid_parent",
+    ];
     /// Virtual point lights from reflective shadow maps; twin of `rsm::cpu::vpls`.
     RSM_VPLS = ["core/grid.wgsl", "sampling/warp.wgsl", "rsm/layout.wgsl", "rsm/vpls.wgsl"] => ["vpls_all", "vpls_grid", "vpls_importance"];
     /// Drops virtual point lights without flux; twin of `rsm::cpu::compact`.
@@ -104,6 +106,47 @@ modules! {
     RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
     /// Radiance that leaves each pixel; twin of `rsm::cpu::shade`.
     RSM_SHADE = ["core/grid.wgsl", "rsm/shade.wgsl"] => ["shade"];
+    /// Blocks of the camera's pixels; twin of `image_space_radiosity::cpu::mips`.
+    IMAGE_SPACE_RADIOSITY_MIPS = [
+        "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/mips.wgsl",
+    ] => ["mips_leaf", "mips_parent"];
+    /// Which blocks light is gathered at; twin of `image_space_radiosity::cpu::refine`.
+    IMAGE_SPACE_RADIOSITY_REFINE = [
+        "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
+        "image_space_radiosity/refine.wgsl",
+    ] => ["refine", "stencil"];
+    /// The valid blocks as a list; twin of `image_space_radiosity::cpu::compact`.
+    IMAGE_SPACE_RADIOSITY_COMPACT = [
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/compact.wgsl",
+    ] => ["compact_count", "compact_scan", "compact_write", "compact_arguments"];
+    /// Texels of reflective shadow maps put together to lights; twin of `image_space_radiosity::cpu::patches`.
+    IMAGE_SPACE_RADIOSITY_PATCHES = [
+        "core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
+        "image_space_radiosity/patches.wgsl",
+    ] => ["patches_leaf", "patches_parent"];
+    /// One list of lights without discontinuities; twin of `image_space_radiosity::cpu::clusters`.
+    IMAGE_SPACE_RADIOSITY_CLUSTERS = [
+        "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
+        "image_space_radiosity/clusters.wgsl",
+    ] => ["clusters"];
+    /// Lights in the order of a traversal; twin of `image_space_radiosity::cpu::tree`.
+    IMAGE_SPACE_RADIOSITY_TREE = [
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
+        "image_space_radiosity/tree.wgsl",
+    ] => ["reference_irradiance", "tree"];
+    /// Gathers a cut through the tree; twin of `image_space_radiosity::cpu::traverse`.
+    IMAGE_SPACE_RADIOSITY_TRAVERSE = [
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/traverse.wgsl",
+    ] => ["traverse"];
+    /// Adds light after light by blending; twin of `image_space_radiosity::cpu::splat`.
+    IMAGE_SPACE_RADIOSITY_SPLAT = [
+        "core/grid.wgsl", "core/view.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
+        "image_space_radiosity/splat.wgsl",
+    ] => ["splat_vertex", "splat", "splat_bounded_vertex", "splat_bounded", "splat_resolve"];
+    /// Irradiance from blocks to pixels; twin of `image_space_radiosity::cpu::upsample`.
+    IMAGE_SPACE_RADIOSITY_UPSAMPLE = [
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/upsample.wgsl",
+    ] => ["pull", "push"];
     /// Texels to rays and points to clip space; twin of `indirect_core::View`.
     VIEW = ["core/view.wgsl"] => [];
     /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.

@@ -46,6 +46,18 @@ pub fn luminance(rgb: Vec3) -> f32 {
     rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// `1 − cos(α + β)` from `a = 1 − cos α` and `b = 1 − cos β`, 2 from half a turn on: how cones of directions add up. Versines
+/// keep their digits for narrow cones, where a cosine near 1 has none.
+#[must_use]
+#[inline]
+pub fn versine_of_sum(a: f32, b: f32) -> f32 {
+    if a + b >= 2.0 {
+        return 2.0;
+    }
+    let sines = (a * (2.0 - a) * b * (2.0 - b)).max(0.0).sqrt();
+    (a + b - a * b + sines).min(2.0)
+}
+
 /// `v / |v|`, or `fallback` where `v` is zero, not finite or too small to normalize.
 #[must_use]
 #[inline]
@@ -128,6 +140,21 @@ mod tests {
         for s in [1e-38_f32, 1e-20, 1e20, 1e38] {
             let v = normalize_or(Vec3::new(s, -s, 0.0), Vec3::Y);
             assert!((v - Vec3::new(1.0, -1.0, 0.0).normalize()).length() < 1e-6, "{s}");
+        }
+    }
+
+    #[test]
+    fn angles_add_as_versines() {
+        for i in 0..50 {
+            for k in 0..50 {
+                let (a, b) = (f64::from(i) * 0.07, f64::from(k) * 0.07);
+                if a > core::f64::consts::PI || b > core::f64::consts::PI {
+                    continue;
+                }
+                let exact = if a + b >= core::f64::consts::PI { 2.0 } else { 1.0 - (a + b).cos() };
+                let found = versine_of_sum((1.0 - a.cos()) as f32, (1.0 - b.cos()) as f32);
+                assert!((f64::from(found) - exact).abs() < 2e-6, "{a} {b}: {found} {exact}");
+            }
         }
     }
 }

@@ -130,7 +130,7 @@ impl Context {
         let info = adapter.get_info();
         let request = wgpu::DeviceDescriptor {
             label: Some("indirect"),
-            required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+            required_features: adapter.features() & (Features::TIMESTAMP_QUERY | Features::FLOAT32_BLENDABLE),
             required_limits: limits,
             ..Default::default()
         };

@@ -56,12 +56,28 @@ impl Kernel {
     /// Records one dispatch into a compute pass that the caller began, for passes of several dispatches. Each sees what
     /// the ones before it wrote.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, groups: &[&BindGroup], workgroups: [u32; 3]) {
+        self.set(pass, groups);
+        let [x, y, z] = workgroups;
+        pass.dispatch_workgroups(x, y, z);
+    }
+
+    /// [`Self::record`] with workgroups that the GPU counted: three `u32` at byte `offset` of `workgroups`.
+    pub fn record_indirect(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        groups: &[&BindGroup],
+        workgroups: &wgpu::Buffer,
+        offset: u64,
+    ) {
+        self.set(pass, groups);
+        pass.dispatch_workgroups_indirect(workgroups, offset);
+    }
+
+    fn set(&self, pass: &mut wgpu::ComputePass<'_>, groups: &[&BindGroup]) {
         pass.set_pipeline(&self.pipeline);
         for (i, group) in (0..).zip(groups) {
             pass.set_bind_group(i, *group, &[]);
         }
-        let [x, y, z] = workgroups;
-        pass.dispatch_workgroups(x, y, z);
     }
 }
 

@@ -1,5 +1,6 @@
 //! The one way in which the harness sees techniques.
 
+mod image_space_radiosity;
 mod params;
 mod reference;
 mod rsm_gather;
@@ -169,7 +170,7 @@ pub(crate) struct Notes {
 
 /// All real-time techniques.
 pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
-    vec![Box::new(rsm_gather::RsmGather)]
+    vec![Box::new(rsm_gather::RsmGather), Box::new(image_space_radiosity::ImageSpaceRadiosity)]
 }
 
 /// Name of the path tracer, which is not a real-time technique but answers to the same command.

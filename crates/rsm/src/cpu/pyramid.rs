@@ -1,7 +1,7 @@
 //! `pyramid`: bounds and sums over the lit texels of a map, level by level.
 
 use glam::Vec3;
-use indirect_core::GBuffer;
+use indirect_core::{GBuffer, math::versine_of_sum};
 use rayon::prelude::*;
 
 use crate::{
@@ -86,33 +86,4 @@ fn parent(children: &[Node], size: [u32; 2], x: u32, y: u32) -> Node {
         }
     }
     node
-}
-
-/// `1 − cos(α + β)` from `1 − cos α` and `1 − cos β`, 2 from half a turn on.
-fn versine_of_sum(a: f32, b: f32) -> f32 {
-    if a + b >= 2.0 {
-        return 2.0;
-    }
-    let sines = (a * (2.0 - a) * b * (2.0 - b)).max(0.0).sqrt();
-    (a + b - a * b + sines).min(2.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn angles_add_as_versines() {
-        for i in 0..50 {
-            for k in 0..50 {
-                let (a, b) = (f64::from(i) * 0.07, f64::from(k) * 0.07);
-                if a > core::f64::consts::PI || b > core::f64::consts::PI {
-                    continue;
-                }
-                let exact = if a + b >= core::f64::consts::PI { 2.0 } else { 1.0 - (a + b).cos() };
-                let found = versine_of_sum((1.0 - a.cos()) as f32, (1.0 - b.cos()) as f32);
-                assert!((f64::from(found) - exact).abs() < 2e-6, "{a} {b}: {found} {exact}");
-            }
-        }
-    }
 }

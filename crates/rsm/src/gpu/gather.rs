@@ -55,6 +55,24 @@ impl Gather {
         });
         Ok(())
     }
+
+    /// [`Gather::encode`] for receivers and VPLs that the GPU counted: chunk `i` runs the three workgroup counts at byte
+    /// `offset + 12·i` of `workgroups`, one workgroup for every 256 receivers. The first chunk must always run: it starts the
+    /// sums.
+    pub fn encode_indirect(
+        &self,
+        encoder: &mut CommandEncoder,
+        timer: &mut PassTimer,
+        resources: &GatherResources,
+        workgroups: &Buffer,
+        offset: u64,
+    ) {
+        timer.compute(encoder, "gather", |pass| {
+            for (i, group) in (0..).zip(&resources.groups) {
+                self.kernel.record_indirect(pass, &[group], workgroups, offset + 12 * i);
+            }
+        });
+    }
 }
 
 /// Buffers of a [`Gather`]: VPLs in, irradiance out.
@@ -155,6 +173,12 @@ impl GatherResources {
     #[must_use]
     pub const fn capacity(&self) -> u32 {
         self.capacity
+    }
+
+    /// Dispatches of a gather: one for every [`CHUNK`] VPLs that fit.
+    #[must_use]
+    pub fn chunks(&self) -> u32 {
+        self.groups.len() as u32
     }
 
     /// Number of receivers.

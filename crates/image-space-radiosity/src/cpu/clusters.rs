@@ -1,0 +1,46 @@
+//! `clusters`: the patches that hold no discontinuity, as large as they get, one list for all fragments (§3.4).
+
+use rayon::prelude::*;
+use rsm::{PyramidLayout, Vpl};
+
+use crate::{layout::Patch, levels::place, params::Thresholds};
+
+/// One slot per node of each map's pyramid: its light where the node is a cluster, else [`Vpl::default`], whose flux is 0.
+///
+/// A cluster is flat or of the level `finest`, and the node above it is not flat or above the level `coarsest`. So each
+/// texel belongs to exactly one.
+#[must_use]
+pub fn clusters(
+    patches: &[Patch],
+    layout: &PyramidLayout,
+    [coarsest, finest]: [usize; 2],
+    thresholds: &Thresholds,
+) -> Vec<Vpl> {
+    let versine = thresholds.versine();
+    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < versine;
+    let count = layout.len();
+    (0..patches.len())
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|i| {
+            let map = &patches[i - i % count..][..count];
+            let node = (i % count) as u32;
+            let (level, x, y) = place(layout, node);
+            let own = &map[node as usize];
+            if own.weight() <= 0.0 || level < finest || level > coarsest {
+                return Vpl::default();
+            }
+            // From the coarsest down: the first flat one is the cluster of all beneath.
+            let mut above = coarsest;
+            while above > level {
+                let l = layout.levels[above];
+                let shift = above - level;
+                if flat(&map[(l.offset + (y >> shift) * l.size[0] + (x >> shift)) as usize]) {
+                    return Vpl::default();
+                }
+                above -= 1;
+            }
+            if level == finest || flat(own) { own.vpl() } else { Vpl::default() }
+        })
+        .collect()
+}

@@ -1,0 +1,54 @@
+//! `compact`: the valid blocks as one list of fragments, neighbours near each other.
+
+use glam::Vec3;
+use rsm::PyramidLayout;
+
+use crate::layout::{Block, state};
+
+/// The valid blocks in Z order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Fragments {
+    /// The node of each fragment.
+    pub nodes: Vec<u32>,
+    /// World position, metres, and unit normal of each fragment.
+    pub points: Vec<(Vec3, Vec3)>,
+    /// The fragment of each valid node; 0 for any other node.
+    pub slots: Vec<u32>,
+}
+
+/// Lists the nodes that are [`state::VALID`], in Z order.
+#[must_use]
+pub fn compact(blocks: &[Block], states: &[u32], layout: &PyramidLayout, coarsest: usize) -> Fragments {
+    let mut fragments = Fragments { slots: vec![0; states.len()], ..Fragments::default() };
+    let walk = Walk { blocks, states, layout };
+    // Down from the single node of the last level; levels above the coarsest blocks have no state and are passed through.
+    walk.visit(&mut fragments, layout.levels.len() - 1, coarsest, 0, 0);
+    fragments
+}
+
+struct Walk<'a> {
+    blocks: &'a [Block],
+    states: &'a [u32],
+    layout: &'a PyramidLayout,
+}
+
+impl Walk<'_> {
+    fn visit(&self, fragments: &mut Fragments, level: usize, coarsest: usize, x: u32, y: u32) {
+        let l = self.layout.levels[level];
+        if x >= l.size[0] || y >= l.size[1] {
+            return;
+        }
+        let node = (l.offset + y * l.size[0] + x) as usize;
+        let state = if level > coarsest { state::SPLIT } else { self.states[node] };
+        if state == state::VALID {
+            let block = &self.blocks[node];
+            fragments.slots[node] = fragments.nodes.len() as u32;
+            fragments.nodes.push(node as u32);
+            fragments.points.push((block.position, block.normal));
+        } else if state == state::SPLIT && level > 0 {
+            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                self.visit(fragments, level - 1, coarsest, 2 * x + dx, 2 * y + dy);
+            }
+        }
+    }
+}

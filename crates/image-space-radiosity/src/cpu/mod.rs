@@ -1,0 +1,250 @@
+//! The passes in plain Rust: what the GPU is held against, and the fallback where there is none.
+
+mod clusters;
+mod compact;
+mod mips;
+mod patches;
+mod refine;
+mod splat;
+mod traverse;
+mod tree;
+mod upsample;
+
+use std::time::Instant;
+
+use glam::Vec3;
+use indirect_accel::Accel;
+use indirect_core::{GBuffer, Image, View};
+use rsm::cpu::Receivers;
+use rsm::{PyramidLayout, Rsm, Vpl};
+
+pub use clusters::clusters;
+pub use compact::{Fragments, compact};
+pub use mips::mips;
+pub use patches::{patches, reference_irradiance};
+pub use refine::{refine, stencil};
+pub use rsm::cpu::PassTime;
+pub use splat::{splat, splat_bounded};
+pub use traverse::{Tile, cut, traverse};
+pub use tree::{ALWAYS, tree};
+pub use upsample::{pull, push, upsample};
+
+use crate::{
+    Error,
+    layout::{Block, Branch, Patch},
+    levels::{Links, level_of_cells},
+    params::{Lights, Method, Options, Params},
+};
+
+/// The indirect light of a frame and everything that was computed on the way. What the options do not ask for is empty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Indirect radiance that leaves each pixel, W/(sr·m²); 0 where the camera sees nothing.
+    pub image: Image,
+    /// The maps.
+    pub rsm: Rsm,
+    /// Patches of all maps, see [`patches`].
+    pub patches: Vec<Patch>,
+    /// See [`reference_irradiance`].
+    pub reference: f32,
+    /// The traversal's tree.
+    pub tree: Vec<Branch>,
+    /// One light or none per slot, for lights that are a list.
+    pub light_slots: Vec<Vpl>,
+    /// The lights with flux.
+    pub lights: Vec<Vpl>,
+    /// Blocks of pixels.
+    pub blocks: Vec<Block>,
+    /// Which blocks need subdivision.
+    pub needs: Vec<u32>,
+    /// What becomes of each block.
+    pub states: Vec<u32>,
+    /// The valid blocks.
+    pub fragments: Fragments,
+    /// Irradiance on each fragment, W/m².
+    pub gathered: Vec<Vec3>,
+    /// Lights in the cut of each tile of fragments.
+    pub cuts: Vec<u32>,
+    /// Irradiance after the pull, and after the push; the first nodes are the pixels.
+    pub pulled: Vec<Vec3>,
+    /// See `pulled`.
+    pub irradiance: Vec<Vec3>,
+    /// Time per pass, in order.
+    pub passes: Vec<PassTime>,
+}
+
+impl Output {
+    /// Bytes that the maps and everything made from them hold.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let fragments =
+            self.fragments.points.len() * (2 * size_of::<Vec3>() + 4) + self.fragments.slots.len() * 4;
+        let vectors =
+            self.gathered.len() + self.pulled.len() + self.irradiance.len() + self.image.pixels.len();
+        self.rsm.bytes()
+            + size_of_val(&self.patches[..])
+            + size_of_val(&self.tree[..])
+            + size_of_val(&self.light_slots[..])
+            + size_of_val(&self.lights[..])
+            + size_of_val(&self.blocks[..])
+            + size_of_val(&self.needs[..])
+            + size_of_val(&self.states[..])
+            + fragments
+            + vectors * size_of::<Vec3>()
+            + size_of_val(&self.cuts[..])
+    }
+}
+
+/// Runs passes and notes their time.
+#[derive(Default)]
+struct Clock(Vec<PassTime>);
+
+impl Clock {
+    fn time<T>(&mut self, name: &'static str, pass: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = pass();
+        self.0.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
+        result
+    }
+}
+
+/// One bounce of all lights of the scene at the pixels of `camera`, which is what `view` sees, without indirect visibility.
+///
+/// # Errors
+/// [`Error::BadOption`] where `options` or `params` are out of range.
+pub fn indirect(
+    accel: &Accel<'_>,
+    camera: &GBuffer,
+    view: &View,
+    options: &Options,
+    params: &Params,
+) -> Result<Output, Error> {
+    options.validate()?;
+    params.validate()?;
+    let mut clock = Clock::default();
+    let rsm = clock.time("rsm", || rsm::cpu::generate(accel, &options.rsm()))?;
+    Ok(indirect_of_maps(rsm, camera, view, options, params, clock))
+}
+
+/// [`indirect`] from maps that are there already, of `options.resolution`.
+///
+/// # Errors
+/// As there, and [`Error::BadOption`] for maps of another resolution.
+pub fn indirect_from(
+    rsm: Rsm,
+    camera: &GBuffer,
+    view: &View,
+    options: &Options,
+    params: &Params,
+) -> Result<Output, Error> {
+    options.validate()?;
+    params.validate()?;
+    if rsm.resolution != options.resolution {
+        let (option, value) = ("resolution", options.resolution.to_string());
+        return Err(Error::BadOption { option, value, requirement: "that of the maps" });
+    }
+    Ok(indirect_of_maps(rsm, camera, view, options, params, Clock::default()))
+}
+
+fn indirect_of_maps(
+    rsm: Rsm,
+    camera: &GBuffer,
+    view: &View,
+    options: &Options,
+    params: &Params,
+    mut clock: Clock,
+) -> Output {
+    let light_layout = PyramidLayout::new([options.resolution; 2]);
+    let mut out = Output {
+        image: Image::new(camera.size),
+        rsm,
+        patches: Vec::new(),
+        reference: 0.0,
+        tree: Vec::new(),
+        light_slots: Vec::new(),
+        lights: Vec::new(),
+        blocks: Vec::new(),
+        needs: Vec::new(),
+        states: Vec::new(),
+        fragments: Fragments::default(),
+        gathered: Vec::new(),
+        cuts: Vec::new(),
+        pulled: Vec::new(),
+        irradiance: Vec::new(),
+        passes: Vec::new(),
+    };
+    if camera.is_empty() {
+        out.passes = clock.0;
+        return out;
+    }
+    if options.has_patches() {
+        out.patches = clock.time("patches", || patches(&out.rsm, &light_layout));
+        out.reference = reference_irradiance(&out.patches, &light_layout);
+    }
+    let range = |coarsest, finest| {
+        let level = |cells| level_of_cells(&light_layout, cells);
+        [level(coarsest), level(finest)]
+    };
+    match options.lights {
+        Lights::Flat(selection) => {
+            let points = selection.points(params.seed);
+            out.light_slots = clock.time("vpls", || rsm::cpu::vpls(&out.rsm, selection, &points));
+        }
+        Lights::Basic { coarsest, finest } => {
+            let range = range(coarsest, finest);
+            out.light_slots =
+                clock.time("clusters", || clusters(&out.patches, &light_layout, range, &params.patches));
+        }
+        Lights::Hierarchical { coarsest, finest } => {
+            let range = range(coarsest, finest);
+            let threshold = params.tau * out.reference;
+            out.tree = clock.time("tree", || {
+                let links = Links::new([options.resolution; 2], range[1]);
+                tree(&out.patches, &links, range, params.bound, threshold)
+            });
+        }
+    }
+    out.lights = rsm::cpu::compact(&out.light_slots);
+
+    if options.method == Method::BoundedSplat {
+        // Without light the reference is 0 and there is nothing to cut off.
+        let cutoff = (params.cutoff * out.reference).max(f32::MIN_POSITIVE);
+        out.irradiance =
+            clock.time("splat", || splat_bounded(&out.lights, camera, view, cutoff, params.form));
+    } else {
+        let layout = &PyramidLayout::new(camera.size);
+        let coarsest = (options.coarsest_block as usize).min(layout.levels.len() - 1);
+        out.blocks = clock.time("mips", || mips(camera, layout));
+        (out.needs, out.states) = clock.time("refine", || {
+            let needs = refine(&out.blocks, layout, coarsest, params);
+            let states = stencil(&out.blocks, &needs, layout, coarsest);
+            (needs, states)
+        });
+        out.fragments = clock.time("compact", || compact(&out.blocks, &out.states, layout, coarsest));
+        let points = &out.fragments.points;
+        (out.gathered, out.cuts) = match (options.method, options.lights) {
+            (Method::Splat, _) => {
+                (clock.time("splat", || splat(&out.lights, points, params.form)), Vec::new())
+            }
+            (_, Lights::Hierarchical { .. }) => {
+                clock.time("traverse", || traverse(&out.tree, points, params.form))
+            }
+            _ => clock.time("gather", || {
+                let receivers: Receivers = points.iter().copied().collect();
+                (rsm::cpu::gather(&out.lights, &receivers, params.form), Vec::new())
+            }),
+        };
+        (out.pulled, out.irradiance) = clock.time("upsample", || {
+            let pulled = pull(&out.blocks, &out.states, &out.fragments, &out.gathered, layout, coarsest);
+            let mut irradiance = pulled.clone();
+            push(&out.blocks, &out.states, layout, coarsest, &mut irradiance);
+            (pulled, irradiance)
+        });
+    }
+    out.image = clock.time("shade", || {
+        let pixels: Vec<u32> = (0..camera.len() as u32).collect();
+        rsm::cpu::shade(camera, &pixels, &out.irradiance[..camera.len()])
+    });
+    out.passes = clock.0;
+    out
+}

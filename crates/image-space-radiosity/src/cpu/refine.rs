@@ -1,0 +1,102 @@
+//! `refine`: where light is gathered, in one pass over all levels (§3.2.1).
+//!
+//! A block is *valid* where it needs no subdivision and every block above it does. Each node decides that alone: it walks down
+//! from the coarsest block that contains it and stops at the first that needs no subdivision. So every surface pixel is
+//! covered by exactly one valid block.
+
+use indirect_core::math::versine_of_sum;
+use rayon::prelude::*;
+use rsm::PyramidLayout;
+
+use crate::{
+    layout::{Block, state},
+    levels::place,
+    params::Params,
+};
+
+/// Per node of the levels `0..=coarsest`, whether it needs subdivision.
+#[must_use]
+pub fn refine(blocks: &[Block], layout: &PyramidLayout, coarsest: usize, params: &Params) -> Vec<u32> {
+    let depth = params.blocks.depth;
+    let versine = params.blocks.versine();
+    nodes(layout, coarsest)
+        .map(|i| {
+            let (level, x, y) = place(layout, i);
+            let own = &blocks[i as usize];
+            if level == 0 || own.pixels == 0 {
+                return 0;
+            }
+            let l = layout.levels[level];
+            let ring = &blocks[l.offset as usize..];
+            u32::from(
+                has_discontinuity(own, depth, versine)
+                    || rises_beside(own, ring, l.size, [x, y], versine, params.margin),
+            )
+        })
+        .collect()
+}
+
+/// Per node of the levels `0..=coarsest`, its [`state`].
+#[must_use]
+pub fn stencil(blocks: &[Block], needs: &[u32], layout: &PyramidLayout, coarsest: usize) -> Vec<u32> {
+    nodes(layout, coarsest)
+        .map(|i| {
+            if blocks[i as usize].pixels == 0 {
+                return state::EMPTY;
+            }
+            let (level, x, y) = place(layout, i);
+            let mut above = coarsest;
+            while above > level {
+                let l = layout.levels[above];
+                let shift = above - level;
+                if needs[(l.offset + (y >> shift) * l.size[0] + (x >> shift)) as usize] == 0 {
+                    return state::COVERED;
+                }
+                above -= 1;
+            }
+            if needs[i as usize] == 0 { state::VALID } else { state::SPLIT }
+        })
+        .collect()
+}
+
+/// Number of nodes of the levels `0..=coarsest`.
+pub(crate) fn node_count(layout: &PyramidLayout, coarsest: usize) -> u32 {
+    let last = layout.levels[coarsest];
+    last.offset + last.len() as u32
+}
+
+fn nodes(layout: &PyramidLayout, coarsest: usize) -> impl IndexedParallelIterator<Item = u32> {
+    (0..node_count(layout, coarsest)).into_par_iter().with_min_len(1024)
+}
+
+/// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
+fn has_discontinuity(block: &Block, depth: f32, versine: f32) -> bool {
+    let flat = block.depth_max - block.depth_min < depth * block.depth_max && block.versine < versine;
+    block.mixed != 0 || !flat
+}
+
+/// Whether another surface rises in front of a block's plane just beside it. `ring` are the blocks of its level.
+fn rises_beside(
+    own: &Block,
+    ring: &[Block],
+    size: [u32; 2],
+    [x, y]: [u32; 2],
+    versine: f32,
+    margin: f32,
+) -> bool {
+    let near = margin * own.radius;
+    for cy in y.saturating_sub(1)..(y + 2).min(size[1]) {
+        for cx in x.saturating_sub(1)..(x + 2).min(size[0]) {
+            let other = &ring[(cy * size[0] + cx) as usize];
+            let offset = other.normal - own.normal;
+            if versine_of_sum(0.5 * offset.dot(offset), other.versine) < versine || other.pixels == 0 {
+                continue;
+            }
+            let v = other.position - own.position;
+            if own.normal.dot(v) > 0.0 && v.dot(v) < near * near {
+                return true;
+            }
+        }
+    }
+    false
+}

@@ -1,0 +1,16 @@
+#![doc = include_str!("../README.md")]
+
+#[cfg(feature = "cpu")]
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod layout;
+
+mod error;
+mod levels;
+mod params;
+
+pub use error::Error;
+pub use layout::{Block, Branch, Patch};
+pub use levels::{Links, TILE, level_of_cells, place, z_order};
+pub use params::{Bound, Lights, Method, Options, Params, Thresholds};

@@ -1,0 +1,126 @@
+//! The technique against the plain gather that it approximates.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+
+mod common;
+
+use common::{corner, flat_gather, lights, rel_rmse, view};
+use image_space_radiosity::{Bound, Lights, Method, Options, Params, Thresholds, cpu};
+use indirect_accel::{Accel, BuildPreset, cast};
+use indirect_core::GBuffer;
+use rsm::{Form, Rsm, Selection};
+
+const RESOLUTION: u32 = 40;
+const CAMERA: [u32; 2] = [67, 41];
+
+fn maps(kind: usize) -> (Rsm, GBuffer) {
+    let scene = corner(lights()[kind], 1.0);
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let options = rsm::Options { resolution: RESOLUTION, selection: Selection::All };
+    (rsm::cpu::generate(&accel, &options).unwrap(), cast::gbuffer(&accel, &view(1.0), CAMERA))
+}
+
+fn options(lights: Lights) -> Options {
+    Options { resolution: RESOLUTION, lights, method: Method::Gather, coarsest_block: 6 }
+}
+
+const HIERARCHICAL: Lights = Lights::Hierarchical { coarsest: 4, finest: RESOLUTION };
+const BASIC: Lights = Lights::Basic { coarsest: 4, finest: RESOLUTION };
+
+fn exact() -> Params {
+    let none = Thresholds { depth: 0.0, normal: 0.0 };
+    Params { blocks: none, patches: none, tau: 0.0, ..Params::default() }
+}
+
+fn image(rsm: &Rsm, camera: &GBuffer, options: &Options, params: &Params) -> Vec<glam::Vec3> {
+    cpu::indirect_from(rsm.clone(), camera, &view(1.0), options, params).unwrap().image.pixels
+}
+
+/// 1e-4 is the bound of the issue; sums of 1600 to 9600 positive terms in another order differ by some 1e-6.
+#[test]
+fn thresholds_of_zero_are_the_flat_gather() {
+    for kind in 0..3 {
+        let (rsm, camera) = maps(kind);
+        for form in [Form::Disc, Form::Point] {
+            let expected = flat_gather(&rsm, &camera, form);
+            let mean = expected.iter().map(|e| e.element_sum()).sum::<f32>() / expected.len() as f32;
+            for bound in [Bound::Error, Bound::ContributionAsPrinted] {
+                for lights in [Lights::Flat(Selection::All), BASIC, HIERARCHICAL] {
+                    let params = Params { form, bound, ..exact() };
+                    let found = image(&rsm, &camera, &options(lights), &params);
+                    let worst = found
+                        .iter()
+                        .zip(&expected)
+                        .map(|(f, e)| (*f - *e).abs().max_element() / (e.max_element() + 1e-3 * mean));
+                    let worst = worst.fold(0.0, f32::max);
+                    assert!(worst < 1e-4, "{kind} {form:?} {lights:?}: {worst}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn splatting_every_fragment_is_gathering() {
+    let (rsm, camera) = maps(0);
+    let lights = Lights::Flat(Selection::Grid { cells: 8 });
+    let gather = image(&rsm, &camera, &options(lights), &Params::default());
+    let splat = Options { method: Method::Splat, ..options(lights) };
+    let splat = image(&rsm, &camera, &splat, &Params::default());
+    let error = rel_rmse(&splat, &gather, &camera);
+    // The same 64 positive terms in the same order, by another formula of as many roundings.
+    assert!(error < 1e-5, "{error}");
+}
+
+#[test]
+fn bounded_splats_converge_to_the_gather_from_below() {
+    for kind in 0..3 {
+        let (rsm, camera) = maps(kind);
+        let lights = Lights::Flat(Selection::Grid { cells: 8 });
+        let none = Options { coarsest_block: 0, ..options(lights) };
+        let gather = image(&rsm, &camera, &none, &Params::default());
+        let bounded = Options { method: Method::BoundedSplat, ..options(lights) };
+        let sum = |pixels: &[glam::Vec3]| pixels.iter().map(|p| f64::from(p.element_sum())).sum::<f64>();
+        let mut last = 0.0;
+        for cutoff in [1.0, 0.1, 0.01, 1e-3, 1e-9] {
+            let found = image(&rsm, &camera, &bounded, &Params { cutoff, ..Params::default() });
+            let total = sum(&found) / sum(&gather);
+            println!("cutoff {cutoff}: {total:.4} of the light");
+            // No more than all, by rounding, and more with every step.
+            assert!(total <= 1.0 + 1e-5 && total >= last, "{kind} {cutoff}: {total} after {last}");
+            last = total;
+        }
+        assert!((last - 1.0).abs() < 1e-5, "{last}");
+    }
+}
+
+/// Errors of a series of thresholds, from coarse to exact.
+fn errors(kind: usize, lights: Lights, params: &[Params]) -> Vec<f64> {
+    let (rsm, camera) = maps(kind);
+    let expected = flat_gather(&rsm, &camera, Form::Disc);
+    params.iter().map(|p| rel_rmse(&image(&rsm, &camera, &options(lights), p), &expected, &camera)).collect()
+}
+
+/// Falls from step to step. A tenth of slack: an error that is dominated by another of its terms may move either way a little.
+fn assert_falling(errors: &[f64], what: &str) {
+    println!("{what}: {errors:?}");
+    for pair in errors.windows(2) {
+        assert!(pair[1] <= pair[0] * 1.1 + 1e-6, "{what}: {errors:?}");
+    }
+    assert!(errors[errors.len() - 1] < 1e-5, "{what}: {errors:?}");
+}
+
+#[test]
+fn errors_fall_with_every_threshold() {
+    let thresholds = [1.0, 0.3, 0.1, 0.03, 0.01, 0.0];
+    for kind in 0..3 {
+        let tau: Vec<Params> = [1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0].map(|tau| Params { tau, ..exact() }).into();
+        assert_falling(&errors(kind, HIERARCHICAL, &tau), "tau");
+        let printed: Vec<Params> =
+            tau.iter().map(|p| Params { bound: Bound::ContributionAsPrinted, ..*p }).collect();
+        assert_falling(&errors(kind, HIERARCHICAL, &printed), "tau as printed");
+        let depth = thresholds.map(|t| Params { blocks: Thresholds { depth: t, normal: t }, ..exact() });
+        assert_falling(&errors(kind, HIERARCHICAL, &depth), "blocks");
+        let patches = thresholds.map(|t| Params { patches: Thresholds { depth: t, normal: t }, ..exact() });
+        assert_falling(&errors(kind, BASIC, &patches), "patches");
+    }
+}

@@ -1,0 +1,72 @@
+// Data of image-space radiosity. Twin: crates/image-space-radiosity/src/layout.rs, compared field by field in its tests.
+
+/// Mean and bounds of the surfaces in a block of 2^level × 2^level pixels; empty where pixels = 0.
+struct Block {
+    position: vec3<f32>,
+    depth_min: f32,
+    normal: vec3<f32>,
+    depth_max: f32,
+    versine: f32,
+    pixels: u32,
+    mixed: u32,
+    radius: f32,
+}
+
+/// Texels of a reflective shadow map as one light.
+struct Patch {
+    position: vec3<f32>,
+    area: f32,
+    normal: vec3<f32>,
+    radius: f32,
+    flux: vec3<f32>,
+    versine: f32,
+    relief: f32,
+    pad0: f32,
+    pad1: f32,
+    pad2: f32,
+}
+
+/// A patch as the traversal sees it, linked to its children and past them.
+struct Branch {
+    position: vec3<f32>,
+    area: f32,
+    normal: vec3<f32>,
+    reach: f32,
+    flux: vec3<f32>,
+    next: u32,
+    child: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+/// A level of a pyramid and the finer one below it.
+struct LevelPair {
+    fine_offset: u32,
+    fine_width: u32,
+    fine_height: u32,
+    /// Number of the coarser level.
+    level: u32,
+    coarse_offset: u32,
+    coarse_width: u32,
+    coarse_height: u32,
+    pad0: u32,
+    image_width: u32,
+    image_height: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+/// What becomes of a block.
+const EMPTY: u32 = 0u;
+const COVERED: u32 = 1u;
+const VALID: u32 = 2u;
+const SPLIT: u32 = 3u;
+
+/// Neighbouring fragments that share one cut.
+const TILE: u32 = 8u;
+
+/// Sum of the channels.
+fn weight(flux: vec3<f32>) -> f32 {
+    return flux.x + flux.y + flux.z;
+}

@@ -1,0 +1,115 @@
+// patches: texels of a reflective shadow map put together to lights of any size; one dispatch per level.
+// Twin: crates/image-space-radiosity/src/cpu/patches.rs. Source: Nichols, Shopf & Wyman 2009, §3.3.
+
+@group(0) @binding(0) var<uniform> pair: LevelPair;
+@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> texels: array<Texel>;
+@group(0) @binding(4) var<storage, read_write> patches: array<Patch>;
+
+const PATCH_EMPTY: Patch = Patch(vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
+const FRAC_1_PI: f32 = 0.318309886183791;
+
+@compute @workgroup_size(64)
+fn patches_leaf(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < arrayLength(&texels) {
+        patches[pair.coarse_offset + i] = leaf(positions[i].xyz, normals[i].xyz, texels[i]);
+    }
+}
+
+@compute @workgroup_size(64)
+fn patches_parent(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < pair.coarse_width * pair.coarse_height {
+        patches[pair.coarse_offset + i] = parent(i % pair.coarse_width, i / pair.coarse_width);
+    }
+}
+
+/// The patch of one texel: a disc.
+fn leaf(position: vec3<f32>, normal: vec3<f32>, texel: Texel) -> Patch {
+    var light = PATCH_EMPTY;
+    if weight(texel.reflected) > 0.0 {
+        light.position = position;
+        light.area = texel.area;
+        light.normal = normal;
+        light.radius = sqrt(texel.area * FRAC_1_PI);
+        light.flux = texel.reflected;
+    }
+    return light;
+}
+
+/// The patch of the up to four children at (2x, 2y)…(2x+1, 2y+1).
+fn parent(x: u32, y: u32) -> Patch {
+    let a = child(2u * x, 2u * y);
+    let b = child(2u * x + 1u, 2u * y);
+    let c = child(2u * x, 2u * y + 1u);
+    let d = child(2u * x + 1u, 2u * y + 1u);
+    var light = PATCH_EMPTY;
+    light.flux = a.flux + b.flux + c.flux + d.flux;
+    light.area = a.area + b.area + c.area + d.area;
+    let total = weight(light.flux);
+    if total <= 0.0 {
+        return light;
+    }
+    let shares = vec4(weight(a.flux), weight(b.flux), weight(c.flux), weight(d.flux)) / total;
+    light.position = a.position * shares.x + b.position * shares.y + c.position * shares.z + d.position * shares.w;
+    let axis = a.normal * shares.x + b.normal * shares.y + c.normal * shares.z + d.normal * shares.w;
+    let length = sqrt(dot(axis, axis));
+    let cancelled = length < 1e-3;
+    light.normal = axis * (1.0 / length);
+    if cancelled {
+        // Normals that cancel: the brightest is better than none, the cone is everything.
+        var most = weight(a.flux);
+        light.normal = a.normal;
+        if weight(b.flux) > most {
+            most = weight(b.flux);
+            light.normal = b.normal;
+        }
+        if weight(c.flux) > most {
+            most = weight(c.flux);
+            light.normal = c.normal;
+        }
+        if weight(d.flux) > most {
+            light.normal = d.normal;
+        }
+    }
+    widen(&light, a);
+    widen(&light, b);
+    widen(&light, c);
+    widen(&light, d);
+    if cancelled {
+        light.versine = 2.0;
+    }
+    return light;
+}
+
+/// A patch of the finer level; empty outside the map.
+fn child(x: u32, y: u32) -> Patch {
+    if x < pair.fine_width && y < pair.fine_height {
+        return patches[pair.fine_offset + y * pair.fine_width + x];
+    }
+    return PATCH_EMPTY;
+}
+
+/// Makes sphere, plane and cone contain those of a child.
+fn widen(light: ptr<function, Patch>, child: Patch) {
+    if weight(child.flux) > 0.0 {
+        let v = child.position - (*light).position;
+        (*light).radius = max((*light).radius, sqrt(dot(v, v)) + child.radius);
+        let offset = child.normal - (*light).normal;
+        let versine = 0.5 * dot(offset, offset);
+        let sine = sqrt(max(versine * (2.0 - versine), 0.0));
+        let relief = abs(dot((*light).normal, v)) + child.relief + child.radius * sine;
+        (*light).relief = max((*light).relief, relief);
+        (*light).versine = max((*light).versine, versine_of_sum(versine, child.versine));
+    }
+}

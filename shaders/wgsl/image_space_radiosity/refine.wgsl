@@ -1,0 +1,97 @@
+// refine: which blocks need subdivision; stencil: where light is gathered. Each is one dispatch over all levels.
+// Twin: crates/image-space-radiosity/src/cpu/refine.rs. Source: Nichols, Shopf & Wyman 2009, §3.2.1.
+
+/// When a block needs subdivision.
+struct Refine {
+    /// Depth range relative to the greatest depth.
+    depth: f32,
+    /// Versine of the half angle of the cone of normals.
+    versine: f32,
+    /// Reach of what rises beside a block, in its radii.
+    margin: f32,
+    pad0: f32,
+}
+
+@group(0) @binding(1) var<uniform> params: Refine;
+@group(0) @binding(2) var<storage, read> blocks: array<Block>;
+@group(0) @binding(3) var<storage, read_write> needs: array<u32>;
+@group(0) @binding(4) var<storage, read_write> states: array<u32>;
+
+@compute @workgroup_size(64)
+fn refine(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < table.nodes {
+        needs[i] = u32(needs_subdivision(i));
+    }
+}
+
+@compute @workgroup_size(64)
+fn stencil(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < table.nodes {
+        states[i] = state(i);
+    }
+}
+
+fn needs_subdivision(i: u32) -> bool {
+    let at = place(i);
+    if at.x == 0u || blocks[i].pixels == 0u {
+        return false;
+    }
+    return has_discontinuity(i) || rises_beside(i, at);
+}
+
+/// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
+fn has_discontinuity(i: u32) -> bool {
+    let depth_max = blocks[i].depth_max;
+    let flat = depth_max - blocks[i].depth_min < params.depth * depth_max && blocks[i].versine < params.versine;
+    return blocks[i].mixed != 0u || !flat;
+}
+
+/// Whether another surface rises in front of a block's plane just beside it.
+fn rises_beside(i: u32, at: vec3<u32>) -> bool {
+    let position = blocks[i].position;
+    let normal = blocks[i].normal;
+    let near = params.margin * blocks[i].radius;
+    let ring = table.levels[at.x];
+    let x_end = min(at.y + 2u, ring.y);
+    let y_end = min(at.z + 2u, ring.z);
+    for (var cy = max(at.z, 1u) - 1u; cy < y_end; cy++) {
+        for (var cx = max(at.y, 1u) - 1u; cx < x_end; cx++) {
+            let k = ring.x + cy * ring.y + cx;
+            let offset = blocks[k].normal - normal;
+            if versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) < params.versine || blocks[k].pixels == 0u {
+                continue;
+            }
+            let v = blocks[k].position - position;
+            if dot(normal, v) > 0.0 && dot(v, v) < near * near {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/// The first block from the coarsest down that needs no subdivision is valid.
+fn state(i: u32) -> u32 {
+    if blocks[i].pixels == 0u {
+        return EMPTY;
+    }
+    let at = place(i);
+    for (var above = table.coarsest; above > at.x; above--) {
+        let l = table.levels[above];
+        let shift = above - at.x;
+        if needs[l.x + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
+            return COVERED;
+        }
+    }
+    return select(SPLIT, VALID, needs[i] == 0u);
+}

@@ -1,0 +1,117 @@
+// upsample: pull fills subdivided blocks from their children, push fills blocks inside a fragment from the level above.
+// Twin: crates/image-space-radiosity/src/cpu/upsample.rs. Source: Nichols, Shopf & Wyman 2009, §3.2; Nichols & Wyman 2009.
+
+@group(0) @binding(0) var<uniform> pair: LevelPair;
+@group(0) @binding(1) var<storage, read> blocks: array<Block>;
+@group(0) @binding(2) var<storage, read> states: array<u32>;
+@group(0) @binding(3) var<storage, read> slots: array<u32>;
+@group(0) @binding(4) var<storage, read> gathered: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> irradiance: array<vec4<f32>>;
+
+/// The pair's coarser level from its finer one. The pixels, level 0, have none and no subdivided blocks.
+@compute @workgroup_size(64)
+fn pull(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < pair.coarse_width * pair.coarse_height {
+        let node = pair.coarse_offset + i;
+        var e = vec3(0.0);
+        if states[node] == VALID {
+            e = gathered[slots[node]].xyz;
+        } else if states[node] == SPLIT {
+            e = mean(i % pair.coarse_width, i / pair.coarse_width);
+        }
+        irradiance[node] = vec4(e, 0.0);
+    }
+}
+
+/// The pair's finer level from its coarser one; one thread per coarser block.
+@compute @workgroup_size(64)
+fn push(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i >= pair.coarse_width * pair.coarse_height {
+        return;
+    }
+    let own = pair.coarse_offset + i;
+    if states[own] != VALID && states[own] != COVERED {
+        return;
+    }
+    let x = i % pair.coarse_width;
+    let y = i / pair.coarse_width;
+    // Below 0 wraps, and is outside as the size is.
+    let l = neighbour(own, x - 1u, y);
+    let r = neighbour(own, x + 1u, y);
+    let u = neighbour(own, x, y - 1u);
+    let d = neighbour(own, x, y + 1u);
+    let lu = neighbour(own, x - 1u, y - 1u);
+    let ru = neighbour(own, x + 1u, y - 1u);
+    let ld = neighbour(own, x - 1u, y + 1u);
+    let rd = neighbour(own, x + 1u, y + 1u);
+    let e = irradiance[own].xyz;
+    let child = pair.fine_offset + 2u * y * pair.fine_width + 2u * x;
+    let has_right = 2u * x + 1u < pair.fine_width;
+    let has_below = 2u * y + 1u < pair.fine_height;
+    irradiance[child] = vec4(mix_children(e, l, u, lu), 0.0);
+    if has_right {
+        irradiance[child + 1u] = vec4(mix_children(e, r, u, ru), 0.0);
+    }
+    if has_below {
+        irradiance[child + pair.fine_width] = vec4(mix_children(e, l, d, ld), 0.0);
+    }
+    if has_right && has_below {
+        irradiance[child + pair.fine_width + 1u] = vec4(mix_children(e, r, d, rd), 0.0);
+    }
+}
+
+/// The value at a neighbour and how far it counts; 0 outside the image and where nothing is seen.
+fn neighbour(own: u32, x: u32, y: u32) -> vec4<f32> {
+    if x >= pair.coarse_width || y >= pair.coarse_height {
+        return vec4(0.0);
+    }
+    let i = pair.coarse_offset + y * pair.coarse_width + x;
+    if states[i] == EMPTY {
+        return vec4(0.0);
+    }
+    return vec4(irradiance[i].xyz, agreement(own, i));
+}
+
+/// The bilinear weights of a child: 9 for its parent, 3 for the two beside it, 1 for the one across.
+fn mix_children(e: vec3<f32>, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec3<f32> {
+    let sum = e * 9.0 + a.xyz * (3.0 * a.w) + b.xyz * (3.0 * b.w) + c.xyz * c.w;
+    return sum * (1.0 / (9.0 + 3.0 * a.w + 3.0 * b.w + c.w));
+}
+
+/// Mean of the children's irradiance, weighted by their surface pixels.
+fn mean(x: u32, y: u32) -> vec3<f32> {
+    var sum = vec3(0.0);
+    var pixels = 0u;
+    for (var cy = 2u * y; cy < min(2u * y + 2u, pair.fine_height); cy++) {
+        for (var cx = 2u * x; cx < min(2u * x + 2u, pair.fine_width); cx++) {
+            let child = pair.fine_offset + cy * pair.fine_width + cx;
+            sum += irradiance[child].xyz * f32(blocks[child].pixels);
+            pixels += blocks[child].pixels;
+        }
+    }
+    // A subdivided block has surface pixels.
+    return sum * (1.0 / f32(pixels));
+}
+
+/// How far two blocks are one smooth surface, [0, 1]: their normals agree and each lies in the other's plane.
+fn agreement(a: u32, b: u32) -> f32 {
+    let v = blocks[b].position - blocks[a].position;
+    let d2 = dot(v, v);
+    let ha = dot(blocks[a].normal, v);
+    let hb = dot(blocks[b].normal, v);
+    // Squared sine of the elevation above the two planes; 0 for coincident points.
+    let elevation = max(ha * ha, hb * hb) / max(d2, 1e-37);
+    let normals = max(dot(blocks[a].normal, blocks[b].normal), 0.0) * max(1.0 - blocks[b].versine, 0.0);
+    let n2 = normals * normals;
+    return n2 * n2 * max(1.0 - 4.0 * elevation, 0.0);
+}
