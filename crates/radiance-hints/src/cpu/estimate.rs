@@ -1,0 +1,149 @@
+//! `estimate`: what light of the first bounce each hint sees, as spherical harmonics.
+//!
+//! ```text
+//! L_lm = Σ_k Φ_k cosθ_k / (π d_k² + a_k) · Y_lm(ω_k),   ω_k from y_k to the sample k
+//! ```
+//!
+//! `Φ_k` is the flux that sample `k` reflects (`docs/errata.md`, Radiance Hints eq. 2–4), `cosθ_k` the cosine at its
+//! surface, `y_k` a place in the hint's cell, `a_k` the share [`Params::footprint`] of the sample's area, which bounds what
+//! a hint beside it sees.
+
+use core::f32::consts::PI;
+
+use glam::{UVec3, Vec3};
+use indirect_sampling::rng::{hash_combine, unit_f32};
+use rayon::prelude::*;
+use sh_math::twins::sh_basis_l2;
+
+use crate::{INTERLEAVE, Lattice, Options, Params, Sample, Sampling, Surroundings};
+
+/// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
+/// out.
+pub(super) const LEAST_D2: f32 = 1e-37;
+
+/// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
+/// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
+
+/// The field after the first bounce: coefficient after coefficient of each hint, each three channels, W/(sr·m²); and, for
+/// more than one bounce, what the hints know of their surroundings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Estimate {
+    /// `hints · coefficients · 3` numbers.
+    pub hints: Vec<f32>,
+    /// One per hint, or none.
+    pub surroundings: Vec<Surroundings>,
+}
+
+/// Estimates all hints. `blocked` are the words of [`visibility`](super::visibility), none where there is no test.
+#[must_use]
+pub fn estimate(
+    lattice: &Lattice,
+    samples: &[Sample],
+    blocked: &[u32],
+    options: &Options,
+    params: &Params,
+) -> Estimate {
+    let coefficients = options.order.coefficients() as usize;
+    let found: Vec<_> = (0..lattice.hints())
+        .into_par_iter()
+        .map(|i| estimate_hint(lattice, i, samples, blocked, options, params))
+        .collect();
+    let hints = found.iter().flat_map(|(sh, _)| &sh[..coefficients]).flat_map(|c| c.to_array()).collect();
+    let surroundings =
+        if options.bounces > 1 { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
+    Estimate { hints, surroundings }
+}
+
+/// Which list of samples a hint looks at.
+pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
+    match sampling {
+        Sampling::Importance => {
+            // The bits of the three coordinates interleaved: each 2³ block of hints has consecutive lists.
+            let place = lattice.place(hint).1 % INTERLEAVE;
+            spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
+        }
+        Sampling::Disc { .. } => hint,
+    }
+}
+
+/// The two lowest bits, three apart.
+const fn spread(x: u32) -> u32 {
+    (x & 1) | (x & 2) << 2
+}
+
+/// The place `y_k` where a hint at `position` looks at its sample `k`.
+pub(super) fn place(position: Vec3, cell: Vec3, jitter: f32, shift: UVec3, k: u32) -> Vec3 {
+    let at = |axis: usize| unit_f32(shift[axis].wrapping_add(k.wrapping_mul(STEP[axis])));
+    let offset = Vec3::new(at(0), at(1), at(2)) - 0.5;
+    position + cell * offset * jitter
+}
+
+/// Where in the recurrence a hint begins.
+pub(super) fn shift_of(seed: u32, hint: u32) -> UVec3 {
+    let h = hash_combine(seed, hint);
+    UVec3::new(h, hash_combine(h, 1), hash_combine(h, 2))
+}
+
+fn estimate_hint(
+    lattice: &Lattice,
+    hint: u32,
+    samples: &[Sample],
+    blocked: &[u32],
+    options: &Options,
+    params: &Params,
+) -> ([Vec3; 9], Surroundings) {
+    let (position, cell) = (lattice.position(hint), lattice.place(hint).0.cell);
+    let first = list_of(lattice, hint, options.sampling) * options.samples;
+    let shift = shift_of(params.seed, hint);
+    let mut sh = [Vec3::ZERO; 9];
+    let (mut r_min, mut r_max) = (f32::MAX, 0.0_f32);
+    // Reflected and incident flux as this hint sees it, and as it is.
+    let (mut seen, mut seen_incident) = (Vec3::ZERO, Vec3::ZERO);
+    let (mut all, mut all_incident) = (Vec3::ZERO, Vec3::ZERO);
+    for k in 0..options.samples {
+        let s = &samples[(first + k) as usize];
+        let v = s.position - place(position, cell, params.jitter, shift, k);
+        let d2 = v.dot(v);
+        if d2 < LEAST_D2 || s.area <= 0.0 {
+            continue;
+        }
+        let d = d2.sqrt();
+        let w = v * (1.0 / d);
+        let cosine = (-s.normal.dot(w)).max(0.0);
+        let weight = cosine / (PI * d2 + s.area * params.footprint) * open(blocked, hint, k, options.samples);
+        let basis = sh_basis_l2(w);
+        let radiance = s.flux * weight;
+        for (c, y) in sh.iter_mut().zip(basis) {
+            *c += radiance * y;
+        }
+        r_min = r_min.min(d);
+        r_max = r_max.max(d);
+        seen += radiance;
+        seen_incident += s.incident * weight;
+        all += s.flux;
+        all_incident += s.incident;
+    }
+    let share = |a: f32, b: f32, c: f32, d: f32| {
+        if b > 0.0 {
+            (a / b).min(1.0)
+        } else if d > 0.0 {
+            (c / d).min(1.0)
+        } else {
+            0.0
+        }
+    };
+    let albedo =
+        core::array::from_fn(|c| share(seen[c], seen_incident[c], all[c], all_incident[c]));
+    let r_min = if r_max > 0.0 { r_min } else { 0.0 };
+    (sh, Surroundings { albedo, r_min, r_max })
+}
+
+/// The share of a sample's light that arrives; see [`visibility`](super::visibility).
+fn open(blocked: &[u32], hint: u32, k: u32, samples: u32) -> f32 {
+    if blocked.is_empty() {
+        return 1.0;
+    }
+    let word = blocked[(hint * super::words(samples) + k / 8) as usize];
+    super::share_of_blocked(word >> (4 * (k % 8)) & 15)
+}

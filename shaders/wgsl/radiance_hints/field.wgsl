@@ -1,0 +1,97 @@
+// field: reading the field between hints.
+// Twin: crates/radiance-hints/src/cpu/field.rs.
+// Papaioannou 2011, §5; the including module binds `settings`, `lattice` and `hints`.
+
+const LEAST_SHARE: f32 = 1e-4;
+
+/// Hints before a plane count, those behind do not; all do where strength is 0.
+struct Plane {
+    point: vec3<f32>,
+    strength: f32,
+    normal: vec3<f32>,
+}
+
+fn plane_share(plane: Plane, hint: vec3<f32>, cell: vec3<f32>) -> f32 {
+    if plane.strength == 0.0 {
+        return 1.0;
+    }
+    let side = dot(plane.normal, hint - plane.point);
+    return clamp(4.0 * side / dot(abs(plane.normal), cell), LEAST_SHARE, 1.0);
+}
+
+/// How much a volume has to say about a place: 0 outside, 1 from a cell within its border on.
+fn volume_inside(v: u32, q: vec3<f32>) -> f32 {
+    let volume = lattice.volume[v];
+    let t = (q - volume.origin) / volume.cell;
+    let border = min(t, vec3<f32>(volume.resolution) - t);
+    return clamp(min(min(border.x, border.y), border.z), 0.0, 1.0);
+}
+
+/// The place of a point among the hints of a volume, from the first to the last along each axis.
+fn volume_place(v: u32, q: vec3<f32>) -> vec3<f32> {
+    let volume = lattice.volume[v];
+    let last = vec3<f32>(volume.resolution) - 1.0;
+    return clamp((q - volume.origin) / volume.cell - 0.5, vec3(0.0), last);
+}
+
+/// The lowest of the eight hints around.
+fn volume_lowest(v: u32, g: vec3<f32>) -> vec3<f32> {
+    let last = vec3<f32>(lattice.volume[v].resolution) - 1.0;
+    return min(floor(g), max(last - 1.0, vec3(0.0)));
+}
+
+/// One of the eight hints around: its place.
+fn volume_corner(v: u32, lowest: vec3<f32>, corner: u32) -> vec3<u32> {
+    let bit = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+    return min(vec3<u32>(lowest) + bit, lattice.volume[v].resolution - 1u);
+}
+
+fn corner_weight(t: vec3<f32>, corner: u32) -> f32 {
+    let bit = vec3((corner & 1u) == 1u, ((corner >> 1u) & 1u) == 1u, (corner >> 2u) == 1u);
+    let part = select(1.0 - t, t, bit);
+    return part.x * part.y * part.z;
+}
+
+fn volume_hint(v: u32, place: vec3<u32>) -> u32 {
+    let r = lattice.volume[v].resolution;
+    return lattice.volume[v].first + (place.z * r.y + place.y) * r.x + place.x;
+}
+
+/// The field at q, weighed coefficient by coefficient.
+fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
+    var weights = w;
+    var result = vec3(0.0);
+    var rest = 1.0;
+    for (var v = 0u; v < lattice.volumes; v++) {
+        var weight = rest;
+        if v + 1u < lattice.volumes {
+            weight = rest * volume_inside(v, q);
+        }
+        if weight > 0.0 {
+            let g = volume_place(v, q);
+            let lowest = volume_lowest(v, g);
+            let volume = lattice.volume[v];
+            var sum = vec3(0.0);
+            var total = 0.0;
+            for (var corner = 0u; corner < 8u; corner++) {
+                let trilinear = corner_weight(g - lowest, corner);
+                if trilinear > 0.0 {
+                    let place = volume_corner(v, lowest, corner);
+                    let position = volume.origin + volume.cell * (vec3<f32>(place) + 0.5);
+                    let share = trilinear * plane_share(plane, position, volume.cell);
+                    let first = volume_hint(v, place) * settings.coefficients * 3u;
+                    var value = vec3(0.0);
+                    for (var i = 0u; i < settings.coefficients; i++) {
+                        let at = first + 3u * i;
+                        value += vec3(hints[at], hints[at + 1u], hints[at + 2u]) * weights[i];
+                    }
+                    sum += value * share;
+                    total += share;
+                }
+            }
+            result += sum * (weight / total);
+        }
+        rest -= weight;
+    }
+    return result;
+}
