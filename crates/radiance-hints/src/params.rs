@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use crate::Error;
 
 /// How many spherical harmonics a hint stores per channel.
@@ -57,9 +59,8 @@ pub enum Visibility {
 /// How light goes from hint to hint in the second and later bounces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Transport {
-    /// Directions evenly over the sphere, each followed to where the lattice's box ends; on the way, places near lit surfaces
-    /// and the end of the box compete by confidence (eq. 9) and visibility (eq. 11). Each direction has the same weight,
-    /// however near the hint is to a wall. The default.
+    /// Directions evenly over the sphere, each followed to where the lattice's box ends, where indoors the walls are. Each
+    /// direction has the same weight, however near the hint is to a wall. The default.
     #[default]
     Directions,
     /// The paper's places, evenly in a sphere of the radius `range`, with the weighted mean that eq. 8 and 9 mean, Neumann
@@ -73,7 +74,8 @@ pub enum Transport {
 /// Where a pixel reads the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reconstruction {
-    /// Close to the surface, and only from hints before its plane. The default.
+    /// Close to the surface and once farther away, only from hints before its plane, and extrapolated to it: what hints half
+    /// a cell away see is not what the surface sees. The default.
     #[default]
     NearSurface,
     /// §5: on a hemisphere whose radius is the diagonal of a cell, lifted by half of that: half a diagonal to one and a half
@@ -182,6 +184,13 @@ impl Default for Options {
 /// samples of one hint; 64 lists cost `4096·N_s` bytes, whatever the number of hints.
 pub const INTERLEAVE: u32 = 4;
 
+/// Mean albedo of what lies behind each face of the lattice's box, `[0, 1]`; black where a side is open.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Enclosure {
+    /// The faces `−x, +x, −y, +y, −z, +z`.
+    pub albedo: [Vec3; 6],
+}
+
 /// What may change from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Params {
@@ -195,6 +204,10 @@ pub struct Params {
     pub footprint: f32,
     /// How light goes from hint to hint.
     pub transport: Transport,
+    /// What surrounds the box, for [`Transport::Directions`]. `None`: nothing but the maps is known, every side counts as a wall
+    /// of the lit surfaces' mean albedo, and later bounces are too bright where a side is open or what no light reaches is
+    /// darker.
+    pub enclosure: Option<Enclosure>,
     /// How far a hint looks for others, as a share of its volume's diagonal, `(0, 1]`: the paper's `r_max`.
     pub range: f32,
     /// Where pixels read the field.
@@ -226,9 +239,10 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             seed: 0,
-            jitter: 1.0,
-            footprint: 0.015_625,
+            jitter: 0.5,
+            footprint: 1.0,
             transport: Transport::Directions,
+            enclosure: None,
             range: 1.0,
             reconstruction: Reconstruction::NearSurface,
         }

@@ -57,6 +57,23 @@ fn volume_hint(v: u32, place: vec3<u32>) -> u32 {
     return lattice.volume[v].first + (place.z * r.y + place.y) * r.x + place.x;
 }
 
+/// Diagonal of a cell at q, blended as the field is.
+fn field_diagonal(q: vec3<f32>) -> f32 {
+    var diagonal = 0.0;
+    var rest = 1.0;
+    for (var v = 0u; v < lattice.volumes; v++) {
+        var weight = rest;
+        if v + 1u < lattice.volumes {
+            weight = rest * volume_inside(v, q);
+        }
+        if weight > 0.0 {
+            diagonal += length(lattice.volume[v].cell) * weight;
+        }
+        rest -= weight;
+    }
+    return diagonal;
+}
+
 /// The field at q, weighed coefficient by coefficient.
 fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
     var weights = w;
@@ -94,4 +111,9 @@ fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
         rest -= weight;
     }
     return result;
+}
+
+/// The clamped cosine about n.
+fn cosine_lobe(n: vec3<f32>) -> array<f32, 9> {
+    return sh_lobe_l2(SH_COSINE, n);
 }

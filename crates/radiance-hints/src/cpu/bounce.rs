@@ -1,30 +1,44 @@
-//! `bounce`: the light that hints receive from each other, once more.
+//! `bounce`: what hints receive from each other, for the second and every later bounce.
+//!
+//! ```text
+//! L⁽ᵏ⁾ = L⁽¹⁾ + T L⁽ᵏ⁻¹⁾
+//! (T L)_lm = 4π · Σ_j w_j ρ_j/π · E_j(−ω_j) Y_lm(ω_j) / Σ_j w_j
+//! ```
+//!
+//! `E_j(−ω_j)` is the irradiance at place `j`, `ω_j` away, on a surface that faces the hint. Each operator maps a uniform
+//! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
+//! to 10, which also says what the printed form does).
+
 use core::f32::consts::{FRAC_1_PI, PI};
 
-use glam::{Vec2, Vec3};
-use indirect_sampling::{mapping, rng::hash_combine, sobol};
+use glam::Vec3;
+use indirect_sampling::{
+    mapping,
+    rng::{hash_combine, unit_f32},
+    sobol,
+};
 use rayon::prelude::*;
-use sh_math::twins::sh_basis_l2;
+use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
 
 use super::field::{Field, Plane, surroundings_at};
-use crate::{Lattice, Options, Params, Surroundings, Transport};
+use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
 
-/// Places along a direction that [`Transport::Directions`] looks at.
-pub const PLACES: u32 = 4;
+/// `A_l` of the clamped cosine.
+const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, 0.785_398_16);
 
-/// `A_l` of the clamped cosine, per coefficient.
-pub(super) const COSINE: [f32; 9] = {
-    let (a0, a1, a2) = (PI, 2.094_395_2, 0.785_398_2);
-    [a0, a1, a1, a1, a2, a2, a2, a2, a2]
-};
-
-/// The clamped cosine about `n`.
+/// The clamped cosine about the unit vector `n`.
 pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
-    let basis = sh_basis_l2(n);
-    core::array::from_fn(|i| COSINE[i] * basis[i])
+    sh_lobe_l2(COSINE, n)
 }
 
-/// One more bounce.
+/// The seed of bounce `number`, 2 for the first after the estimate.
+#[must_use]
+pub fn bounce_seed(seed: u32, number: u32) -> u32 {
+    hash_combine(seed, number)
+}
+
+/// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
+/// `surroundings` are those of the estimate.
 #[must_use]
 pub fn bounce(
     lattice: &Lattice,
@@ -35,114 +49,139 @@ pub fn bounce(
     options: &Options,
     params: &Params,
 ) -> Vec<f32> {
-    let field = Field { lattice, order: options.order, hints: last };
-    let coefficients = options.order.coefficients() as usize;
-    let source = if params.transport == Transport::SphereAsPrinted { last } else { first };
-    let seed = hash_combine(params.seed, number);
-    (0..lattice.hints())
-        .into_par_iter()
-        .flat_map_iter(|hint| {
+    let numbers = options.order.coefficients() as usize * 3;
+    let source = Source {
+        field: Field { lattice, order: options.order, hints: last },
+        surroundings,
+        seed: bounce_seed(params.seed, number),
+        samples: options.bounce_samples,
+        params,
+    };
+    let base = if params.transport == Transport::SphereAsPrinted { last } else { first };
+    let mut next = vec![0.0; base.len()];
+    next.par_chunks_exact_mut(numbers).zip(base.par_chunks_exact(numbers)).enumerate().for_each(
+        |(hint, (next, base))| {
             let sh = match params.transport {
-                Transport::Directions => directions(&field, surroundings, hint, seed, options, params),
-                Transport::Sphere => sphere(&field, surroundings, hint, seed, options, params, false),
-                Transport::SphereAsPrinted => sphere(&field, surroundings, hint, seed, options, params, true),
+                Transport::Directions => source.directions(hint as u32),
+                Transport::Sphere => source.sphere(hint as u32, false),
+                Transport::SphereAsPrinted => source.sphere(hint as u32, true),
             };
-            let begin = hint as usize * coefficients * 3;
-            let before = &source[begin..begin + coefficients * 3];
-            let after: Vec<f32> = sh[..coefficients]
-                .iter()
-                .zip(before.chunks_exact(3))
-                .flat_map(|(c, b)| [b[0] + c.x, b[1] + c.y, b[2] + c.z])
-                .collect();
-            after
-        })
-        .collect()
-}
-
-fn visible(d: f32, near: f32, far: f32) -> f32 {
-    if far > near { 1.0 - ((d - near) / (far - near)).clamp(0.0, 1.0) } else if d <= near { 1.0 } else { 0.0 }
-}
-
-fn exit(volume: &crate::Volume, p: Vec3, w: Vec3) -> f32 {
-    let hi = volume.origin + volume.cell * volume.resolution.as_vec3();
-    let mut t = f32::MAX;
-    for a in 0..3 {
-        if w[a] > 0.0 { t = t.min((hi[a] - p[a]) / w[a]) } else if w[a] < 0.0 { t = t.min((volume.origin[a] - p[a]) / w[a]) }
-    }
-    t.max(0.0)
-}
-
-fn directions(
-    field: &Field<'_>, surroundings: &[Surroundings], hint: u32, seed: u32, options: &Options, params: &Params,
-) -> [Vec3; 9] {
-    let lattice = field.lattice;
-    let position = lattice.position(hint);
-    let volume = lattice.place(hint).0;
-    let _s = surroundings[hint as usize];
-    let mut sh = [Vec3::ZERO; 9];
-    let key = hash_combine(seed, hint);
-    let mode: u32 = std::env::var("RH_MODE").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
-    for j in 0..options.bounce_samples {
-        let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
-        let t = exit(volume, position, w);
-        let basis = sh_basis_l2(w);
-        let lobe = cosine_lobe(-w);
-        let mut value = Vec3::ZERO;
-        if mode == 0 {
-            let q = position + w * t;
-            let (albedo, _, _) = surroundings_at(lattice, surroundings, q);
-            value = albedo * FRAC_1_PI * field.weigh(q, &Plane::NONE, &lobe).max(Vec3::ZERO);
-        } else {
-            let mut total = 0.0;
-            for i in 0..PLACES {
-                let u = (i as f32 + sobol::sample_1d(j * PLACES + i, key ^ 5)) / PLACES as f32;
-                let q = position + w * (t * u);
-                let (albedo, r_min, _r_max) = surroundings_at(lattice, surroundings, q);
-                let diag = (volume.cell * volume.resolution.as_vec3()).length() * params.range;
-                let c = (1.0 - r_min / diag).max(0.0);
-                let c = if mode == 2 { c.powi(8) } else { c };
-                total += c;
-                value += albedo * FRAC_1_PI * field.weigh(q, &Plane::NONE, &lobe).max(Vec3::ZERO) * c;
+            for (i, (next, base)) in next.iter_mut().zip(base).enumerate() {
+                *next = base + sh[i / 3][i % 3];
             }
-            if total > 0.0 { value /= total; }
-        }
-        for (c, y) in sh.iter_mut().zip(basis) {
-            *c += value * y;
-        }
-    }
-    let scale = 4.0 * PI / options.bounce_samples as f32;
-    sh.map(|c| c * scale)
+        },
+    );
+    next
 }
 
-fn sphere(
-    field: &Field<'_>, surroundings: &[Surroundings], hint: u32, seed: u32, options: &Options, params: &Params, printed: bool,
-) -> [Vec3; 9] {
-    let lattice = field.lattice;
-    let position = lattice.position(hint);
-    let volume = lattice.place(hint).0;
-    let own = surroundings[hint as usize];
-    let extent = volume.cell * volume.resolution.as_vec3();
-    let radius = extent.length() * params.range;
-    let key = hash_combine(seed, hint);
-    let mut sh = [Vec3::ZERO; 9];
-    let (mut vw, mut v_sum, mut c_sum) = (0.0, 0.0, 0.0);
-    for j in 0..options.bounce_samples {
-        let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
-        let r = radius * sobol::sample_1d(j, key ^ 77).cbrt();
-        let q = position + w * r;
-        let lo = volume.origin; let hi = volume.origin + extent;
-        if q.cmplt(lo).any() || q.cmpgt(hi).any() { continue; }
-        let (albedo, r_min, r_max) = surroundings_at(lattice, surroundings, q);
-        let v = visible(r, own.r_min + r_min, own.r_max + r_max);
-        let c = (1.0 - r_min / radius).max(0.0);
-        let rho = if printed { Vec3::ONE } else { albedo };
-        let value = rho * FRAC_1_PI * field.weigh(q, &Plane::NONE, &cosine_lobe(-w)).max(Vec3::ZERO);
-        vw += v * c; v_sum += v; c_sum += c;
-        for (s, y) in sh.iter_mut().zip(sh_basis_l2(w)) { *s += value * y * (v * c); }
-    }
-    let denom = if printed { v_sum * c_sum } else { vw };
-    let scale = if denom > 0.0 { 4.0 * PI / denom } else { 0.0 };
-    sh.map(|c| c * scale)
+struct Source<'a> {
+    field: Field<'a>,
+    surroundings: &'a [Surroundings],
+    seed: u32,
+    samples: u32,
+    params: &'a Params,
 }
-#[allow(dead_code)]
-fn _unused(_: Vec2) {}
+
+impl Source<'_> {
+    /// [`Transport::Directions`].
+    fn directions(&self, hint: u32) -> [Vec3; 9] {
+        let lattice = self.field.lattice;
+        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let reach = self.params.range * extent(volume).length();
+        let key = hash_combine(self.seed, hint);
+        let mut sh = [Vec3::ZERO; 9];
+        for j in 0..self.samples {
+            let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
+            let (border, face) = exit(volume, position, w);
+            let q = position + w * border.min(reach);
+            let albedo = match &self.params.enclosure {
+                Some(enclosure) => enclosure.albedo[face],
+                None => surroundings_at(lattice, self.surroundings, q).0,
+            };
+            let radiance = self.radiance(q, w, albedo);
+            for (c, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
+                *c += radiance * y;
+            }
+        }
+        let scale = 4.0 * PI / self.samples as f32;
+        sh.map(|c| c * scale)
+    }
+
+    /// [`Transport::Sphere`], and [`Transport::SphereAsPrinted`].
+    fn sphere(&self, hint: u32, printed: bool) -> [Vec3; 9] {
+        let lattice = self.field.lattice;
+        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let extent = extent(volume);
+        let reach = self.params.range * extent.length();
+        let own = &self.surroundings[hint as usize];
+        let key = hash_combine(self.seed, hint);
+        let mut sh = [Vec3::ZERO; 9];
+        let (mut weights, mut visible, mut confident) = (0.0, 0.0, 0.0);
+        for j in 0..self.samples {
+            let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
+            // The largest of three even numbers has the density 3r² of the radius in a ball.
+            let u = |i: u32| unit_f32(hash_combine(key, 3 * j + i));
+            let r = u(0).max(u(1)).max(u(2)) * reach;
+            let q = position + w * r;
+            let t = q - volume.origin;
+            if t.cmplt(Vec3::ZERO).any() || t.cmpgt(extent).any() {
+                continue;
+            }
+            let (albedo, r_min, r_max) = surroundings_at(lattice, self.surroundings, q);
+            let v = visibility(r, own.r_min + r_min, own.r_max + r_max);
+            let c = (1.0 - r_min / reach).max(0.0);
+            let albedo = if printed { Vec3::ONE } else { albedo };
+            let radiance = self.radiance(q, w, albedo) * (v * c);
+            for (s, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
+                *s += radiance * y;
+            }
+            weights += v * c;
+            visible += v;
+            confident += c;
+        }
+        let total = if printed { visible * confident } else { weights };
+        let scale = if total > 0.0 { 4.0 * PI / total } else { 0.0 };
+        sh.map(|c| c * scale)
+    }
+
+    /// What a surface of this albedo at `q` sends back along `w`, W/(sr·m²).
+    fn radiance(&self, q: Vec3, w: Vec3, albedo: Vec3) -> Vec3 {
+        let irradiance = self.field.weigh(q, &Plane::NONE, &cosine_lobe(-w)).0;
+        albedo * FRAC_1_PI * irradiance.max(Vec3::ZERO)
+    }
+}
+
+/// Edges of a volume, metres.
+fn extent(volume: &Volume) -> Vec3 {
+    volume.cell * volume.resolution.as_vec3()
+}
+
+/// Where the ray from `p`, inside, along `w` leaves the volume: distance and face, `−x, +x, −y, +y, −z, +z`.
+fn exit(volume: &Volume, p: Vec3, w: Vec3) -> (f32, usize) {
+    let end = volume.origin + extent(volume);
+    let (mut nearest, mut face) = (f32::MAX, 0);
+    for axis in 0..3 {
+        if w[axis] == 0.0 {
+            continue;
+        }
+        let up = w[axis] > 0.0;
+        let t = (if up { end[axis] } else { volume.origin[axis] } - p[axis]) / w[axis];
+        if t < nearest {
+            (nearest, face) = (t, 2 * axis + usize::from(up));
+        }
+    }
+    (nearest.max(0.0), face)
+}
+
+/// Eq. 11: 1 below the sum of the least distances, 0 beyond that of the greatest, linear between. Where both are the same
+/// (one sample, or none), the step that is left.
+#[must_use]
+pub fn visibility(d: f32, near: f32, far: f32) -> f32 {
+    if far > near {
+        1.0 - ((d - near) / (far - near)).clamp(0.0, 1.0)
+    } else if d <= near {
+        1.0
+    } else {
+        0.0
+    }
+}

@@ -8,22 +8,21 @@
 //! surface, `y_k` a place in the hint's cell, `a_k` the share [`Params::footprint`] of the sample's area, which bounds what
 //! a hint beside it sees.
 
-use core::f32::consts::PI;
+use core::f32::consts::{FRAC_1_PI, PI};
 
-use glam::{UVec3, Vec3};
-use indirect_sampling::rng::{hash_combine, unit_f32};
+use glam::Vec3;
 use rayon::prelude::*;
 use sh_math::twins::sh_basis_l2;
 
-use crate::{INTERLEAVE, Lattice, Options, Params, Sample, Sampling, Surroundings};
+use super::{
+    look::{list_of, place_of, shift_of},
+    visibility::{share_of_blocked, words},
+};
+use crate::{Lattice, Options, Params, Sample, Surroundings};
 
 /// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
 /// out.
-pub(super) const LEAST_D2: f32 = 1e-37;
-
-/// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
-/// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
-const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
+const LEAST_D2: f32 = 1e-37;
 
 /// The field after the first bounce: coefficient after coefficient of each hint, each three channels, W/(sr·m²); and, for
 /// more than one bounce, what the hints know of their surroundings.
@@ -55,36 +54,6 @@ pub fn estimate(
     Estimate { hints, surroundings }
 }
 
-/// Which list of samples a hint looks at.
-pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
-    match sampling {
-        Sampling::Importance => {
-            // The bits of the three coordinates interleaved: each 2³ block of hints has consecutive lists.
-            let place = lattice.place(hint).1 % INTERLEAVE;
-            spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
-        }
-        Sampling::Disc { .. } => hint,
-    }
-}
-
-/// The two lowest bits, three apart.
-const fn spread(x: u32) -> u32 {
-    (x & 1) | (x & 2) << 2
-}
-
-/// The place `y_k` where a hint at `position` looks at its sample `k`.
-pub(super) fn place(position: Vec3, cell: Vec3, jitter: f32, shift: UVec3, k: u32) -> Vec3 {
-    let at = |axis: usize| unit_f32(shift[axis].wrapping_add(k.wrapping_mul(STEP[axis])));
-    let offset = Vec3::new(at(0), at(1), at(2)) - 0.5;
-    position + cell * offset * jitter
-}
-
-/// Where in the recurrence a hint begins.
-pub(super) fn shift_of(seed: u32, hint: u32) -> UVec3 {
-    let h = hash_combine(seed, hint);
-    UVec3::new(h, hash_combine(h, 1), hash_combine(h, 2))
-}
-
 fn estimate_hint(
     lattice: &Lattice,
     hint: u32,
@@ -103,7 +72,7 @@ fn estimate_hint(
     let (mut all, mut all_incident) = (Vec3::ZERO, Vec3::ZERO);
     for k in 0..options.samples {
         let s = &samples[(first + k) as usize];
-        let v = s.position - place(position, cell, params.jitter, shift, k);
+        let v = s.position - place_of(position, cell, params.jitter, shift, k);
         let d2 = v.dot(v);
         if d2 < LEAST_D2 || s.area <= 0.0 {
             continue;
@@ -111,11 +80,14 @@ fn estimate_hint(
         let d = d2.sqrt();
         let w = v * (1.0 / d);
         let cosine = (-s.normal.dot(w)).max(0.0);
-        let weight = cosine / (PI * d2 + s.area * params.footprint) * open(blocked, hint, k, options.samples);
+        let h = (d2 + s.area * params.footprint * FRAC_1_PI).sqrt();
+        let weight = 2.0 * cosine / (PI * h * (h + d)) * open(blocked, hint, k, options.samples);
+        let c = d / h;
+        let bands = [1.0, 0.5 * (1.0 + c), 0.5 * c * (1.0 + c)];
         let basis = sh_basis_l2(w);
         let radiance = s.flux * weight;
-        for (c, y) in sh.iter_mut().zip(basis) {
-            *c += radiance * y;
+        for (i, (c, y)) in sh.iter_mut().zip(basis).enumerate() {
+            *c += radiance * (y * bands[sh_math::band(i)]);
         }
         r_min = r_min.min(d);
         r_max = r_max.max(d);
@@ -144,6 +116,6 @@ fn open(blocked: &[u32], hint: u32, k: u32, samples: u32) -> f32 {
     if blocked.is_empty() {
         return 1.0;
     }
-    let word = blocked[(hint * super::words(samples) + k / 8) as usize];
-    super::share_of_blocked(word >> (4 * (k % 8)) & 15)
+    let word = blocked[(hint * words(samples) + k / 8) as usize];
+    share_of_blocked(word >> (4 * (k % 8)) & 15)
 }

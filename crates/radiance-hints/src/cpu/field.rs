@@ -89,15 +89,24 @@ fn blend(lattice: &Lattice, q: Vec3, mut f: impl FnMut(&Volume, f32)) {
 }
 
 impl Field<'_> {
+    /// Diagonal of a cell at `q`, metres, blended as the field is.
+    #[must_use]
+    pub fn diagonal(&self, q: Vec3) -> f32 {
+        let mut diagonal = 0.0;
+        blend(self.lattice, q, |volume, weight| diagonal += volume.cell.length() * weight);
+        diagonal
+    }
+
     /// The field at `q`, weighed coefficient by coefficient: `Σ L_lm(q) w_lm`. With the lobe of a clamped cosine, irradiance.
     #[must_use]
-    pub fn weigh(&self, q: Vec3, plane: &Plane, w: &[f32; 9]) -> Vec3 {
+    pub fn weigh(&self, q: Vec3, plane: &Plane, w: &[f32; 9]) -> (Vec3, f32) {
         let coefficients = self.order.coefficients() as usize;
-        let mut result = Vec3::ZERO;
+        let (mut result, mut height) = (Vec3::ZERO, 0.0);
         blend(self.lattice, q, |volume, weight| {
-            let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+            let (mut sum, mut total, mut side) = (Vec3::ZERO, 0.0, 0.0);
             around(volume, q, |hint, position, share| {
                 let share = share * plane.share(position, volume.cell);
+                side += plane.normal.dot(position - plane.point) * share;
                 let first = hint as usize * coefficients * 3;
                 let mut value = Vec3::ZERO;
                 for (c, w) in self.hints[first..first + coefficients * 3].chunks_exact(3).zip(w) {
@@ -107,8 +116,9 @@ impl Field<'_> {
                 total += share;
             });
             result += sum * (weight / total);
+            height += side * (weight / total);
         });
-        result
+        (result, height)
     }
 }
 

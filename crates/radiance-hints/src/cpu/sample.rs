@@ -11,6 +11,7 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use rsm::{Map, Rsm};
 
+use super::look::plane_project;
 use crate::{Lattice, Options, Sample, Sampling};
 
 /// [`Options::samples`] samples for each of [`Options::sets`] lists, list after list. A slot that found no reflecting texel
@@ -101,20 +102,4 @@ fn disc(rsm: &Rsm, hint: Vec3, slot: u32, fraction: f32, count: u32, seed: u32) 
         return Sample::default();
     }
     sample_of_texel(rsm, map as usize, texel, fraction * n * n / share as f32)
-}
-
-/// Where a world point falls on a view's image, `[0, 1]²` inside; `None` at or behind the eye.
-pub(super) fn plane_project(view: &indirect_core::View, p: Vec3) -> Option<Vec2> {
-    let d = p - view.origin;
-    let (local, z) = (Vec2::new(view.right.dot(d), view.up.dot(d)), view.forward.dot(d));
-    let plane = match view.projection {
-        indirect_core::Projection::Perspective { tan_half } => {
-            if z <= 0.0 {
-                return None;
-            }
-            local / z / tan_half
-        }
-        indirect_core::Projection::Orthographic { half_size } => local / half_size,
-    };
-    Some(Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y))
 }

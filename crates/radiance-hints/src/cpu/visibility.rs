@@ -8,10 +8,7 @@ use indirect_core::{GBuffer, View};
 use rayon::prelude::*;
 use rsm::Rsm;
 
-use super::{
-    estimate::{list_of, place, shift_of},
-    sample::plane_project,
-};
+use super::look::{list_of, place_of, plane_project, shift_of};
 use crate::{Lattice, Options, Params, Sample, Visibility};
 
 /// Points of a segment that are looked at.
@@ -63,7 +60,7 @@ pub fn visibility(
             let mut word = 0;
             for k in begin..(begin + 8).min(options.samples) {
                 let s = &samples[(first + k) as usize];
-                let y = place(position, cell, params.jitter, shift, k);
+                let y = place_of(position, cell, params.jitter, shift, k);
                 if s.area <= 0.0 || s.normal.dot(y - s.position) <= 0.0 {
                     continue;
                 }
