@@ -54,3 +54,62 @@ pub struct Surroundings {
     /// Distance to the farthest sample, metres.
     pub r_max: f32,
 }
+
+/// Most volumes of a lattice: they share one uniform buffer.
+pub(crate) const VOLUMES: usize = 16;
+
+/// All volumes.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LatticeUniform {
+    /// How many of them count.
+    pub volumes: u32,
+    /// Hints of all of them.
+    pub hints: u32,
+    /// Fills the row.
+    pub pad0: u32,
+    /// Fills the row.
+    pub pad1: u32,
+    /// Those with precedence first.
+    pub volume: [Volume; VOLUMES],
+}
+
+/// Options and parameters as shaders see them; see [`Options`](crate::Options) and [`Params`](crate::Params).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Settings {
+    /// Samples per list.
+    pub samples: u32,
+    /// Number of maps.
+    pub maps: u32,
+    /// Texels along each side of each.
+    pub resolution: u32,
+    /// The seed, for a bounce that of the bounce.
+    pub seed: u32,
+    /// Share of the cell.
+    pub jitter: f32,
+    /// Share of the sample's area.
+    pub footprint: f32,
+    /// Share of the volume's diagonal.
+    pub range: f32,
+    /// Share of the map that the disc takes.
+    pub fraction: f32,
+    /// Coefficients per channel.
+    pub coefficients: u32,
+    /// Samples per hint and bounce.
+    pub bounce_samples: u32,
+    /// 0 importance, 1 disc.
+    pub sampling: u32,
+    /// Words of the visibility test per hint; 0 without one.
+    pub words: u32,
+    /// 1 where pixels read as the paper prints it.
+    pub as_printed: u32,
+    /// 1 where `enclosure` is known.
+    pub enclosed: u32,
+    /// Fills the row.
+    pub pad0: u32,
+    /// Fills the row.
+    pub pad1: u32,
+    /// Albedo behind each face and 0.
+    pub enclosure: [[f32; 4]; 6],
+}

@@ -146,6 +146,30 @@ impl Options {
         }
     }
 
+    /// The options of the maps; a list of virtual lights is not made.
+    #[must_use]
+    pub const fn rsm(&self) -> rsm::Options {
+        rsm::Options { resolution: self.resolution, selection: rsm::Selection::Importance { count: 1 } }
+    }
+
+    /// Words per hint of the visibility test; 0 without one.
+    #[must_use]
+    pub const fn words(&self) -> u32 {
+        match self.visibility {
+            Visibility::Off => 0,
+            Visibility::RsmDepth | Visibility::CameraDepth => self.samples.div_ceil(8),
+        }
+    }
+
+    /// Bytes of the hints: `12·coefficients` for each and each volume that is held at once, one for one bounce, two for two
+    /// and three for more; 20 more for each where there is more than one bounce.
+    #[must_use]
+    pub fn hint_bytes(&self, hints: u32) -> u64 {
+        let volume = 12 * u64::from(self.order.coefficients());
+        let more = if self.bounces > 1 { 20 } else { 0 };
+        u64::from(hints) * (volume * u64::from(self.bounces.min(3)) + more)
+    }
+
     /// Lists of samples that are drawn; see [`INTERLEAVE`].
     #[must_use]
     pub fn sets(&self, hints: u32) -> u32 {

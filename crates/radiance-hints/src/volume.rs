@@ -1,10 +1,13 @@
 use glam::{UVec3, Vec3};
 use indirect_core::Aabb;
 
-use crate::{Error, layout::Volume};
+use crate::{
+    Error,
+    layout::{VOLUMES, Volume},
+};
 
 /// Most volumes of a [`Lattice`]: they share one uniform buffer.
-pub const MAX_VOLUMES: usize = 16;
+pub const MAX_VOLUMES: usize = VOLUMES;
 
 /// Most hints of a [`Lattice`].
 pub const MAX_HINTS: u32 = 1 << 22;

@@ -43,11 +43,17 @@ fn estimate(
         let d = sqrt(d2);
         let w = v * (1.0 / d);
         let cosine = max(-dot(s.normal, w), 0.0);
-        let weight = cosine / (PI * d2 + s.area * settings.footprint) * open_share(hint, k);
+        // A disc of the sample's area: its solid angle, and what its angular extent leaves of each band.
+        let h = sqrt(d2 + s.area * settings.footprint * INV_PI);
+        let weight = 2.0 * cosine / (PI * h * (h + d)) * open_share(hint, k);
+        let c = d / h;
+        let band1 = 0.5 * (1.0 + c);
+        let band2 = c * band1;
         let basis = sh_basis_l2(w);
         let radiance = s.flux * weight;
         for (var i = 0u; i < settings.coefficients; i++) {
-            sh[i] += radiance * basis[i];
+            let band = select(select(band2, band1, i < 4u), 1.0, i == 0u);
+            sh[i] += radiance * (basis[i] * band);
         }
         r_min = min(r_min, d);
         r_max = max(r_max, d);

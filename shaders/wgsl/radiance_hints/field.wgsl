@@ -74,10 +74,11 @@ fn field_diagonal(q: vec3<f32>) -> f32 {
     return diagonal;
 }
 
-/// The field at q, weighed coefficient by coefficient.
-fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
+/// The field at q, weighed coefficient by coefficient, and the mean distance of the hints it is read from to the plane.
+fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec4<f32> {
     var weights = w;
     var result = vec3(0.0);
+    var height = 0.0;
     var rest = 1.0;
     for (var v = 0u; v < lattice.volumes; v++) {
         var weight = rest;
@@ -90,12 +91,14 @@ fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
             let volume = lattice.volume[v];
             var sum = vec3(0.0);
             var total = 0.0;
+            var side = 0.0;
             for (var corner = 0u; corner < 8u; corner++) {
                 let trilinear = corner_weight(g - lowest, corner);
                 if trilinear > 0.0 {
                     let place = volume_corner(v, lowest, corner);
                     let position = volume.origin + volume.cell * (vec3<f32>(place) + 0.5);
                     let share = trilinear * plane_share(plane, position, volume.cell);
+                    side += dot(plane.normal, position - plane.point) * share;
                     let first = volume_hint(v, place) * settings.coefficients * 3u;
                     var value = vec3(0.0);
                     for (var i = 0u; i < settings.coefficients; i++) {
@@ -107,10 +110,11 @@ fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec3<f32> {
                 }
             }
             result += sum * (weight / total);
+            height += side * (weight / total);
         }
         rest -= weight;
     }
-    return result;
+    return vec4(result, height);
 }
 
 /// The clamped cosine about n.

@@ -58,11 +58,14 @@ struct Settings {
     sampling: u32,
     /// Words of `blocked` per hint; 0 where nothing is tested.
     words: u32,
-    /// Where a pixel reads: radius of the hemisphere and its lift, in diagonals of a cell; 1 to look at its plane.
-    read_radius: f32,
-    read_lift: f32,
-    read_plane: f32,
+    /// 1 where pixels read as the paper prints it.
+    as_printed: u32,
+    /// 1 where `enclosure` is known.
+    enclosed: u32,
     pad0: u32,
+    pad1: u32,
+    /// Mean albedo of what lies behind each face of the box: −x, +x, −y, +y, −z, +z.
+    enclosure: array<vec4<f32>, 6>,
 }
 
 const PI: f32 = 3.14159265358979;

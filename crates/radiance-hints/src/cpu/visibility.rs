@@ -12,7 +12,7 @@ use super::look::{list_of, place_of, plane_project, shift_of};
 use crate::{Lattice, Options, Params, Sample, Visibility};
 
 /// Points of a segment that are looked at.
-pub const STEPS: u32 = 16;
+const STEPS: u32 = 16;
 /// Halvings of the step in which a segment went behind a surface.
 const REFINEMENTS: u32 = 5;
 
