@@ -14,6 +14,7 @@ use indirect_core::{CameraProjection, Image, LightKind, Scene};
 use reference_pathtracer::{Components, PixelFilter, Samples, Settings, render};
 use serde_json::Value;
 
+use crate::cli::BenchPeersArgs;
 use crate::failure::{self, Failure, Outcome};
 use crate::say;
 
@@ -33,13 +34,17 @@ const REFERENCE_SAMPLES: u32 = 2048;
 /// unpacked under the target folder.
 const LLVM_PACKAGE: &str = "libllvm19";
 
-pub(crate) fn run() -> Outcome {
+pub(crate) fn run(args: &BenchPeersArgs) -> Outcome {
     let folder = crate::target().join("peers");
     std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
     let python = environment(&folder);
-    rays(&folder, python.as_deref())?;
     let llvm = python.as_ref().and_then(|_| llvm(&folder));
-    for name in SCENES {
+    let mut scenes: Vec<&str> = args.scenes.iter().map(String::as_str).collect();
+    if scenes.is_empty() {
+        rays(&folder, python.as_deref())?;
+        scenes.extend(SCENES);
+    }
+    for name in scenes {
         paths(&folder, name, python.as_deref(), llvm.as_deref())?;
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! `test`: everything that CI runs, as named steps.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -13,8 +13,10 @@ use crate::{fixtures, layers, say, setup, validate};
 /// How a step ended.
 enum End {
     Passed,
-    /// Passed, with the number of tests that passed, failed and were ignored.
+    /// Passed, with the number of tests that passed, failed and were skipped.
     Tests([usize; 3]),
+    /// As [`End::Tests`], where some failed.
+    TestsFailed([usize; 3]),
     Skipped(String),
     Failed(String),
 }
@@ -64,6 +66,13 @@ pub(crate) fn run(args: &TestArgs) -> Outcome {
                 skipped.push(format!("{} ({why})", step.name));
                 continue;
             }
+            End::TestsFailed(counts) => {
+                tests = counts;
+                let [ok, bad, _] = counts;
+                say(format!("FAILED after {seconds:.0} s: {bad} tests failed, {ok} passed\n  {}", step.hint));
+                failed.push(step.name);
+                continue;
+            }
             End::Failed(why) => {
                 say(format!("FAILED after {seconds:.0} s: {why}\n  {}", step.hint));
                 failed.push(step.name);
@@ -72,7 +81,7 @@ pub(crate) fn run(args: &TestArgs) -> Outcome {
         }
         say(format!("ok, {seconds:.1} s"));
     }
-    let [ok, bad, ignored] = tests;
+    let [ok, bad, left] = tests;
     say(format!(
         "\n{passed} steps passed, {} failed, {} skipped in {:.0} s",
         failed.len(),
@@ -80,7 +89,7 @@ pub(crate) fn run(args: &TestArgs) -> Outcome {
         start.elapsed().as_secs_f64()
     ));
     skipped.iter().for_each(|s| say(format!("  skipped: {s}")));
-    say(format!("tests: {ok} passed, {bad} failed, {ignored} ignored"));
+    say(format!("tests: {ok} passed, {bad} failed, {left} skipped"));
     if failed.is_empty() {
         Ok(())
     } else {
@@ -275,10 +284,17 @@ fn status(mut command: Command) -> End {
 fn tests() -> End {
     let mut command =
         cargo_command(&["test", "--workspace", "--all-features", "--release", "--no-fail-fast"]);
-    let mut child = match command.stdout(Stdio::piped()).spawn() {
+    let mut child = match command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn() {
         Ok(child) => child,
         Err(e) => return End::Failed(format!("cargo: {e}")),
     };
+    // Tests without an adapter say so on stderr and end as passed, which they are not.
+    let skipped = child.stderr.take().map(|err| {
+        std::thread::spawn(move || {
+            let lines = BufReader::new(err).lines().map_while(Result::ok);
+            lines.inspect(|line| tell(line)).filter(|line| line.starts_with("SKIPPED ")).count()
+        })
+    });
     let mut counts = [0; 3];
     if let Some(out) = child.stdout.take() {
         for line in BufReader::new(out).lines().map_while(Result::ok) {
@@ -288,12 +304,23 @@ fn tests() -> End {
             }
         }
     }
+    let skipped = skipped.and_then(|thread| thread.join().ok()).unwrap_or(0).min(counts[0]);
+    counts[0] -= skipped;
+    counts[2] += skipped;
     match child.wait() {
         Ok(s) if s.success() && counts[0] > 0 => End::Tests(counts),
         Ok(s) if s.success() => End::Failed("no test ran".into()),
-        Ok(_) => End::Failed(format!("{} tests failed, {} passed", counts[1], counts[0])),
+        // A build that fails has no counts.
+        Ok(s) if counts[1] == 0 => End::Failed(format!("cargo test ended with {s}")),
+        Ok(_) => End::TestsFailed(counts),
         Err(e) => End::Failed(format!("cargo: {e}")),
     }
+}
+
+/// One line to stderr, as it came.
+fn tell(line: &str) {
+    // Nobody is left to tell where standard error is closed.
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// Passed, failed and ignored of a line `test result: ok. 3 passed; 0 failed; 1 ignored; …`.

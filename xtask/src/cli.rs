@@ -27,6 +27,8 @@ pub(crate) enum Command {
     Validate(ValidateArgs),
     /// Measure speed against error over the parameter ranges and write JSON.
     Sweep(SweepArgs),
+    /// Measure how indirect light changes from frame to frame while lights and objects move.
+    Temporal(TemporalArgs),
     /// Run everything that CI runs.
     Test(TestArgs),
     /// Regenerate the fixture scenes, or check that they are up to date.
@@ -36,7 +38,7 @@ pub(crate) enum Command {
     /// Measure the accuracy of the formulas and write docs/accuracy.md.
     Accuracy,
     /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
-    BenchPeers,
+    BenchPeers(BenchPeersArgs),
     /// Fail on a dependency edge that docs/architecture.md does not draw.
     CheckLayers,
 }
@@ -165,6 +167,53 @@ pub(crate) struct SweepArgs {
     pub(crate) quick: bool,
 }
 
+/// What moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Moving {
+    /// All punctual lights, by 4 % of the scene's diagonal; distant ones tilt by 6°.
+    Light,
+    /// The largest part of the mesh that hangs together and is smaller than half of the scene.
+    Object,
+}
+
+impl Moving {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Light => "light",
+            Self::Object => "object",
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TemporalArgs {
+    /// Path to a .gltf or .glb file, or the name of a fixture.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// A technique with its settings; may be repeated. None: every technique as it is.
+    #[arg(long = "run", value_name = "NAME KEY=VALUE …")]
+    pub(crate) runs: Vec<String>,
+    /// Frames of one turn.
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(2..))]
+    pub(crate) frames: u32,
+    /// What moves, on a level circle; may be repeated.
+    #[arg(long = "move", value_name = "WHAT", default_value = "light", value_delimiter = ',')]
+    pub(crate) moving: Vec<Moving>,
+    /// Width of the pictures; their height follows from the camera.
+    #[arg(long, value_name = "PIXELS", default_value_t = 96, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) width: u32,
+    /// Camera of the scene, by name or number. Default: the first.
+    #[arg(long, value_name = "NAME|N")]
+    pub(crate) camera: Option<String>,
+    /// Leave the GPU out.
+    #[arg(long)]
+    pub(crate) cpu_only: bool,
+    /// The measurements.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct TestArgs {
     /// Only the steps whose name contains this; may be repeated.
@@ -173,6 +222,14 @@ pub(crate) struct TestArgs {
     /// Print the steps and stop.
     #[arg(long)]
     pub(crate) list: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchPeersArgs {
+    /// Fixtures whose paths are compared; none: an area light, a spot on one wall and a large mesh under the sun. Rays are
+    /// compared where no fixture is named.
+    #[arg(value_name = "FIXTURE", value_parser = indirect_scene::fixtures::NAMES)]
+    pub(crate) scenes: Vec<String>,
 }
 
 #[derive(Debug, Args)]

@@ -16,6 +16,14 @@ pub(crate) struct Gpu {
 }
 
 impl Gpu {
+    /// Uploads a scene to a device that is open.
+    pub(crate) fn upload(context: Context, scene: &Scene) -> Outcome<Self> {
+        let scene = SceneBuffers::upload(&context.device, scene)
+            .map_err(|e| Failure::Check(format!("{}: {e}", context.info.name)))?;
+        let raster = Raster::new(&context.device);
+        Ok(Self { context, scene, raster })
+    }
+
     /// A clock for passes. Software adapters execute some time after they stamp: there only the wall clock is right.
     pub(crate) fn timer(&self) -> PassTimer {
         let Context { device, queue, info } = &self.context;
@@ -36,11 +44,7 @@ pub(crate) fn context(bytes: u64) -> Outcome<Context> {
 
 /// Opens a device, with storage bindings of at least `bytes`, and uploads the scene.
 pub(crate) fn open(scene: &Scene, bytes: u64) -> Outcome<Gpu> {
-    let context = context(SceneBuffers::largest_binding(scene).max(bytes))?;
-    let scene = SceneBuffers::upload(&context.device, scene)
-        .map_err(|e| Failure::Check(format!("{}: {e}", context.info.name)))?;
-    let raster = Raster::new(&context.device);
-    Ok(Gpu { context, scene, raster })
+    Gpu::upload(context(SceneBuffers::largest_binding(scene).max(bytes))?, scene)
 }
 
 /// One line about the adapter that [`open`] would open; `None` where there is none.

@@ -16,6 +16,7 @@ mod setup;
 mod stage;
 mod sweep;
 mod technique;
+mod temporal;
 mod validate;
 
 use std::fmt::Display;
@@ -63,11 +64,12 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::Render(args)) => render::run(args),
         Some(Command::Validate(args)) => validate::run(args),
         Some(Command::Sweep(args)) => sweep::run(args),
+        Some(Command::Temporal(args)) => temporal::run(args),
         Some(Command::Test(args)) => ci::run(args),
         Some(Command::Fixtures(args)) => fixtures::run(args),
         Some(Command::Doctor) => doctor::run(),
         Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
-        Some(Command::BenchPeers) => bench_peers::run(),
+        Some(Command::BenchPeers(args)) => bench_peers::run(args),
         Some(Command::CheckLayers) => layers::run(),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),

@@ -333,3 +333,28 @@ fn a_quick_report_is_one_page_without_network() {
 fn fixture(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../fixtures").join(name).with_extension("glb")
 }
+
+#[test]
+fn temporal_holds_every_run_against_the_reference() {
+    let scenes = Scenes::new();
+    let json = scenes.path("temporal.json");
+    // The second run is the reference again: nothing may differ.
+    let same = "rsm-gather resolution=64 select=all";
+    let grid = "rsm-gather resolution=64 select=grid cells=4";
+    let base = ["temporal", "cornell_spot", "--cpu-only", "--frames", "3", "--width", "24", "--json", &json];
+    let out = xtask(&[&base[..], &["--run", same, "--run", grid]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    let result: Value = serde_json::from_slice(&std::fs::read(&json).expect("written")).expect("JSON");
+    let runs = result["runs"].as_array().expect("runs");
+    assert_eq!(runs.len(), 3);
+    let number = |run: usize, key: &str| runs[run][key].as_f64().expect("a number");
+    assert!(number(0, "change") > 0.0, "the light moves");
+    assert_eq!((number(1, "flicker"), number(1, "rel_rmse"), number(1, "relative_change")), (0.0, 0.0, 1.0));
+    assert!(number(2, "flicker") > 0.0 && number(2, "rel_rmse") > 0.0);
+    assert_eq!(runs[2]["frames"].as_array().map(Vec::len), Some(2));
+
+    assert_error(&["temporal", "plane_wall", "--move", "object"], 2, &["plane_wall", "--move object"]);
+    assert_error(&["temporal", "cornell_area", "--cpu-only"], 2, &["cornell_area", "no punctual light"]);
+    assert_error(&["temporal", "cornell_spot", "--run", "rsm-gather x=1"], 2, &["unknown key `x`"]);
+    assert_error(&["temporal", "cornell_spot", "--run", ""], 2, &["unknown", "rsm-gather"]);
+}

@@ -34,13 +34,18 @@ pub(crate) struct Plan {
 }
 
 /// Bound in units of `1/(π·area of the scene)`, the kernel's mean over a convex room, and virtual lights per sample.
-const PLANS: [(f32, u32); 2] = [(24.0, 4), (100.0, 8)];
+const PLANS: [(f32, u32); 2] = [(40.0, 4), (100.0, 8)];
 
-/// Batches and most pixels of the trial that chooses; the fewest that it is made for; and its share of the work.
+/// The trial that chooses: its batches, their most samples, its most pixels, the fewest that it is made for, and its share of
+/// the work. Bright spots that few pixels see decide: many pixels tell more than many samples.
 const TRIAL_BATCHES: u32 = 4;
-const TRIAL_PIXELS: usize = 1024;
+const TRIAL_SAMPLES: u32 = 16;
+const TRIAL_PIXELS: usize = 4096;
 const TRIAL_LEAST: usize = 128;
 const TRIAL_SHARE: usize = 512;
+
+/// Time of a ray where virtual lights are used, in units of one where they are not: shadow rays end at the first hit.
+const SHARED_RAY: f64 = 0.85;
 
 /// A point of a path from a light.
 #[derive(Debug, Clone, Copy)]
@@ -92,7 +97,10 @@ impl Raster<'_> {
         let area: f64 = (0..mesh.triangles.len() as u32).map(|t| f64::from(mesh.area(t))).sum();
         let plan = |(scale, connections)| Plan { bound: scale / (PI * area as f32), connections };
         let count = self.count();
-        let pixels = (count * settings.samples.batches as usize / TRIAL_SHARE).min(TRIAL_PIXELS).min(count);
+        let samples = settings.samples.batch.min(TRIAL_SAMPLES);
+        let longer = (settings.samples.batch / samples) as usize;
+        let pixels =
+            (count * longer * settings.samples.batches as usize / TRIAL_SHARE).min(TRIAL_PIXELS).min(count);
         match settings.virtual_lights {
             VirtualLights::Off => return None,
             VirtualLights::On => return Some(plan(PLANS[0])),
@@ -120,6 +128,7 @@ impl Raster<'_> {
                             let (_, indirect): (_, DVec3) = self.batch(
                                 p * count / pixels,
                                 !(batch as u32),
+                                samples,
                                 pool,
                                 &mut false,
                                 &mut traced,
@@ -135,7 +144,7 @@ impl Raster<'_> {
                 .collect();
             let (variance, traced) = sums.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
             rays.fetch_add(traced, Ordering::Relaxed);
-            variance * traced as f64
+            variance * traced as f64 * if plan.is_some() { SHARED_RAY } else { 1.0 }
         };
         let mut best = (None, cost(None));
         for candidate in PLANS.map(plan) {

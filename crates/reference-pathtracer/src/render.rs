@@ -86,8 +86,14 @@ pub fn render_with(
             .map(|(chunk, pixels)| {
                 let (mut sum, mut traced) = ([0.0; 2], 0);
                 for (i, pixel) in pixels.iter_mut().enumerate() {
-                    let (direct, indirect) =
-                        image.batch(chunk * CHUNK + i, index, pool.as_ref(), &mut pixel.surface, &mut traced);
+                    let (direct, indirect) = image.batch(
+                        chunk * CHUNK + i,
+                        index,
+                        samples.batch,
+                        pool.as_ref(),
+                        &mut pixel.surface,
+                        &mut traced,
+                    );
                     pixel.direct.add(direct);
                     pixel.indirect.add(indirect);
                     sum[0] += f64::from(math::luminance(direct.as_vec3()));
@@ -161,16 +167,17 @@ impl<'a> Raster<'a> {
         (self.count() as u64 * u64::from(self.tracer.settings.samples.batch) / 16).clamp(64, 1 << 14) as u32
     }
 
-    /// Mean direct and indirect radiance of pixel `i` over a batch.
+    /// Mean direct and indirect radiance of pixel `i` over a batch of `n` samples.
     pub(crate) fn batch(
         &self,
         i: usize,
         batch: u32,
+        n: u32,
         pool: Option<&Pool>,
         surface: &mut bool,
         rays: &mut u64,
     ) -> (DVec3, DVec3) {
-        let (tracer, n) = (self.tracer, self.tracer.settings.samples.batch);
+        let tracer = self.tracer;
         let seed = hash_combine(hash_combine(self.seed, i as u32), batch);
         let offset = unit_f32(hash_combine(seed, LIGHT_PATHS));
         let draw = |sample: u32| pool.map(|pool| Draw::new(pool, sample, n, offset));

@@ -15,8 +15,6 @@
 //! assert!(d.min_element() >= 0.0 && triangle.invert(d).distance(u) < 1e-6);
 //! ```
 
-use core::f32::consts::TAU;
-
 use glam::{Vec2, Vec3};
 
 use crate::math::{atan2, sin_cos, sqrt};
@@ -43,8 +41,9 @@ impl SphericalTriangle {
 
     /// The triangle of three directions of unit length, in any order.
     ///
-    /// `None` below [`Self::MIN_SOLID_ANGLE`], for almost a hemisphere (above `2π − MIN_SOLID_ANGLE`), and where an edge
-    /// is degenerate: sample by area there.
+    /// `None` below [`Self::MIN_SOLID_ANGLE`], and where the three directions nearly lie in one plane through the centre (their
+    /// determinant is below the same number): a sliver, an edge that is degenerate or half a turn, almost a hemisphere. There
+    /// rounding decides; sample by area.
     #[must_use]
     pub fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
         // Differences of nearby directions are exact; products of the directions themselves would cancel.
@@ -55,8 +54,8 @@ impl SphericalTriangle {
         let solid_angle = 2.0 * atan2(volume.abs(), one_plus_ab + a.dot(c) + b.dot(c));
         let tangent = (ac - a * a.dot(ac)).normalize_or_zero();
         let det = a.cross(ab).dot(tangent);
-        let sampled = Self::MIN_SOLID_ANGLE..TAU - Self::MIN_SOLID_ANGLE;
-        (sampled.contains(&solid_angle) && det > 0.0).then(|| Self {
+        let sampled = volume.abs() >= Self::MIN_SOLID_ANGLE && solid_angle >= Self::MIN_SOLID_ANGLE;
+        (sampled && det > 0.0).then(|| Self {
             a,
             b,
             c,

@@ -5,7 +5,7 @@ use indirect_metrics::{BelowFloor, Comparison, Measures};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::technique::{Backend, Bytes, Notes, Pass};
+use crate::technique::{Backend, Bytes, Notes, Pass, Transport};
 use crate::validate::Deviation;
 
 /// A whole report.
@@ -100,8 +100,17 @@ pub(crate) struct Run {
     /// `None` where the reference is black and relative errors mean nothing.
     pub(crate) error: Option<Comparison>,
     pub(crate) below_floor: Option<BelowFloor>,
+    /// Against the path tracer with only what the settings model; `None` for the path tracer itself, and as `error`.
+    pub(crate) matched: Option<Matched>,
     #[serde(skip)]
     pub(crate) indirect: Image,
+}
+
+/// A run against the reference that models no more than it does.
+#[derive(Debug, Serialize)]
+pub(crate) struct Matched {
+    pub(crate) transport: Transport,
+    pub(crate) error: Comparison,
 }
 
 impl Run {
@@ -132,7 +141,7 @@ pub(crate) struct Split {
 #[derive(Debug, Serialize)]
 pub(crate) struct Part {
     pub(crate) name: &'static str,
-    pub(crate) explanation: &'static str,
+    pub(crate) explanation: String,
     pub(crate) measures: Measures,
     /// What the noise of both images alone would give as `measures.rel_rmse`.
     pub(crate) noise: f64,

@@ -1,6 +1,8 @@
 //! Measures one scene: the truth, every technique through its sweep, the path tracer at the same times, the split of the
 //! error and the twins.
 
+use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::time::Instant;
 
 use glam::Vec3;
@@ -8,12 +10,12 @@ use indirect_core::{Image, Scene, math::luminance};
 use indirect_metrics::{Reference as MetricsReference, compare, difference, exposure};
 use reference_pathtracer::{Bounces, Components, Estimate, PixelFilter};
 
-use super::data::{Part, Run, SceneReport, Split, TechniqueReport, Truth, TruthImages};
+use super::data::{Matched, Part, Run, SceneReport, Split, TechniqueReport, Truth, TruthImages};
 use crate::failure::{Failure, Outcome};
 use crate::progress;
 use crate::stage::{Source, Stage};
 use crate::technique::{
-    self, Backend, Bytes, Pass, REFERENCE, Reference, ReferenceOptions, Technique, Values,
+    self, Backend, Bytes, Pass, REFERENCE, Reference, ReferenceOptions, Technique, Transport, Values,
 };
 use crate::validate;
 
@@ -75,17 +77,18 @@ pub(crate) fn scene(
     let gpu = if with_gpu { Some(crate::gpu::open(&source.scene, 0)?) } else { None };
     let stage = Stage::new(source, camera, size, gpu);
     let truth = truth(&stage, effort)?;
+    let mut models = Models { source, stage: &stage, truth: &truth, effort, made: BTreeMap::new() };
     let mut runs = baseline(&stage, &truth, effort)?;
     let mut reports = Vec::new();
     for technique in techniques {
         let first = runs.len();
-        runs.extend(sweep(&stage, &truth, technique.as_ref(), effort)?);
+        runs.extend(sweep(&mut models, technique.as_ref())?);
         let twins =
             stage.gpu.is_some().then(|| validate::stage(&stage, technique.as_ref(), None)).transpose()?;
         reports.push(TechniqueReport {
             technique: technique.name().to_owned(),
             notes: technique.notes(&stage.profile),
-            split: split(source, &stage, &truth, &runs[first..], effort)?,
+            split: split(&mut models, technique.as_ref(), &runs[first..])?,
             twins,
         });
     }
@@ -141,8 +144,6 @@ fn truth(stage: &Stage<'_>, effort: Effort) -> Outcome<Truth> {
     let full = estimate.full();
     let brightness = |i: &Image| f64::from(luminance(i.mean()));
     let share = brightness(&estimate.indirect) / brightness(&full);
-    let root =
-        |i: &Image| Image { size: i.size, pixels: i.pixels.iter().map(|v| v.map(f32::sqrt)).collect() };
     Ok(Truth {
         spp: estimate.spp,
         noise,
@@ -151,7 +152,7 @@ fn truth(stage: &Stage<'_>, effort: Effort) -> Outcome<Truth> {
         exposure: exposure(&estimate.indirect, &estimate.surface),
         images: TruthImages {
             full,
-            standard_error: root(&estimate.indirect_variance),
+            standard_error: deviation(&estimate.indirect_variance),
             variance: estimate.indirect_variance,
             indirect: estimate.indirect,
             surface: estimate.surface,
@@ -175,9 +176,7 @@ impl Truth {
             let pixels = i.pixels.iter().zip(&self.images.surface).filter(|(_, s)| **s);
             pixels.map(|(p, _)| f64::from(luminance(*p))).collect()
         };
-        let deviations =
-            Image { size: variance.size, pixels: variance.pixels.iter().map(|v| v.map(f32::sqrt)).collect() };
-        let (noise, truth) = (seen(&deviations), seen(&self.images.indirect));
+        let (noise, truth) = (seen(&deviation(variance)), seen(&self.images.indirect));
         let n = truth.len().max(1) as f64;
         let mean = truth.iter().sum::<f64>() / n;
         if mean > 0.0 { noise.iter().map(|d| d * d).sum::<f64>() / n / (mean * mean) } else { 0.0 }
@@ -229,6 +228,7 @@ fn baseline(stage: &Stage<'_>, truth: &Truth, effort: Effort) -> Outcome<Vec<Run
             bytes: Bytes { cpu: stage.accel.bytes() as u64, gpu: 0 },
             error: None,
             below_floor: None,
+            matched: None,
             indirect: made.estimate.indirect,
         };
         truth.judge(run, &stage.file)
@@ -244,7 +244,8 @@ fn baseline(stage: &Stage<'_>, truth: &Truth, effort: Effort) -> Outcome<Vec<Run
 }
 
 /// A technique through its sweep, on every backend there is.
-fn sweep(stage: &Stage<'_>, truth: &Truth, technique: &dyn Technique, effort: Effort) -> Outcome<Vec<Run>> {
+fn sweep(models: &mut Models<'_>, technique: &dyn Technique) -> Outcome<Vec<Run>> {
+    let Models { stage, truth, effort, .. } = *models;
     let backends: Vec<_> =
         technique.backends().iter().filter(|b| **b == Backend::Cpu || stage.gpu.is_some()).collect();
     let curves = technique.sweep(effort.quick);
@@ -272,9 +273,12 @@ fn sweep(stage: &Stage<'_>, truth: &Truth, technique: &dyn Technique, effort: Ef
                     bytes: renderer.bytes(),
                     error: None,
                     below_floor: None,
+                    matched: None,
                     indirect: measured.indirect,
                 };
-                runs.push(truth.judge(run, &stage.file)?);
+                let mut run = truth.judge(run, &stage.file)?;
+                run.matched = models.judge(&run, technique.transport(&values))?;
+                runs.push(run);
                 bar.inc(1);
             }
         }
@@ -283,70 +287,117 @@ fn sweep(stage: &Stage<'_>, truth: &Truth, technique: &dyn Technique, effort: Ef
     Ok(runs)
 }
 
+/// What a reference models, and whether emissive surfaces light it.
+type Model = (Transport, bool);
+
+/// References with less than the truth, each made when it is first asked for.
+struct Models<'a> {
+    source: &'a Source,
+    stage: &'a Stage<'a>,
+    truth: &'a Truth,
+    effort: Effort,
+    made: BTreeMap<Model, Rc<Estimate>>,
+}
+
+impl Models<'_> {
+    fn estimate(&mut self, model: Model) -> Outcome<Rc<Estimate>> {
+        if let Some(estimate) = self.made.get(&model) {
+            return Ok(Rc::clone(estimate));
+        }
+        let (transport, emitters) = model;
+        let options = ReferenceOptions {
+            components: Components::Indirect,
+            bounces: Bounces::Count(transport.bounces),
+            unoccluded: !transport.occluded,
+            spp: 0,
+            noise_target: Some(self.effort.noise_target()),
+            seed: TRUTH_SEED + 1,
+            pixel_filter: PixelFilter::Center,
+        };
+        let what = format!("reference of {transport}");
+        let estimate = if emitters {
+            affordable(self.stage, options, self.effort, &what)?
+        } else {
+            let without = Source {
+                file: self.source.file.clone(),
+                scene: without_emission(&self.source.scene),
+                warnings: Vec::new(),
+                load_ms: 0.0,
+            };
+            let stage = Stage::new(&without, self.source.camera(None)?, self.stage.size, None);
+            affordable(&stage, options, self.effort, &what)?
+        };
+        let estimate = Rc::new(estimate);
+        self.made.insert(model, Rc::clone(&estimate));
+        Ok(estimate)
+    }
+
+    /// The models between the truth and what a technique with this transport must approach, which is the last: each with its
+    /// name and what it leaves out that the one before has.
+    fn chain(&self, transport: Transport) -> Vec<(&'static str, String, Model)> {
+        let Transport { bounces, occluded } = transport;
+        let seen = Transport { occluded: true, ..transport };
+        let mut chain =
+            vec![("later bounces", format!("the model stops after bounce {bounces}"), (seen, true))];
+        if !occluded {
+            let why = "the model lets light of the first bounce pass through what stands between";
+            chain.push(("visibility", why.to_owned(), (transport, true)));
+        }
+        if self.stage.profile.emissive_triangles > 0 {
+            let why = "the model has no light from emissive surfaces";
+            chain.push(("emitters", why.to_owned(), (transport, false)));
+        }
+        chain
+    }
+
+    /// The error of a run against the last of its chain; `None` where that is black.
+    fn judge(&mut self, run: &Run, transport: Transport) -> Outcome<Option<Matched>> {
+        use indirect_metrics::MetricsError;
+        let Some((.., model)) = self.chain(transport).pop() else { return Ok(None) };
+        if !model.1 && self.stage.profile.punctual_lights() == 0 {
+            return Ok(None);
+        }
+        let matched = self.estimate(model)?;
+        let reference = MetricsReference {
+            image: &matched.indirect,
+            surface: &matched.surface,
+            standard_error: Some(&deviation(&matched.indirect_variance)),
+        };
+        match compare(&run.indirect, &reference) {
+            Ok(error) => Ok(Some(Matched { transport, error })),
+            Err(MetricsError::BlackReference | MetricsError::NoSurface) => Ok(None),
+            Err(e) => Err(Failure::Check(format!("{}: {}: {e}", self.stage.file, run.technique))),
+        }
+    }
+}
+
 /// Takes the error of the best run apart: what the transport model leaves out, what the sampling adds, what the GPU's
 /// arithmetic adds. `None` where the reference is black.
-fn split(
-    source: &Source,
-    stage: &Stage<'_>,
-    truth: &Truth,
-    runs: &[Run],
-    effort: Effort,
-) -> Outcome<Option<Split>> {
+fn split(models: &mut Models<'_>, technique: &dyn Technique, runs: &[Run]) -> Outcome<Option<Split>> {
+    let (stage, truth) = (models.stage, models.truth);
     let best = |backend| {
         let of = runs.iter().filter(|r| r.backend == backend && r.error.is_some());
         of.min_by(|a, b| a.rel_rmse().total_cmp(&b.rel_rmse()))
     };
     let Some(cpu) = best(Backend::Cpu) else { return Ok(None) };
-    let options = ReferenceOptions {
-        components: Components::Indirect,
-        bounces: Bounces::Count(1),
-        unoccluded: false,
-        spp: 0,
-        noise_target: Some(effort.noise_target()),
-        seed: TRUTH_SEED + 1,
-        pixel_filter: PixelFilter::Center,
-    };
-    let estimate = |stage: &Stage<'_>, unoccluded: bool, what: &str| -> Outcome<Estimate> {
-        affordable(stage, ReferenceOptions { unoccluded, ..options }, effort, what)
-    };
-    let one_bounce = estimate(stage, false, "one bounce")?;
-    let unoccluded = estimate(stage, true, "one bounce without visibility")?;
+    let pairs: Vec<_> = cpu.label.split_whitespace().collect();
+    let values = Values::parse(technique.name(), technique.params(), &pairs)?;
+    let black = Image::new(stage.size);
+    let mut made = Vec::new();
+    for (name, why, model) in models.chain(technique.transport(&values)) {
+        let dark = !model.1 && stage.profile.punctual_lights() == 0;
+        made.push((name, why, if dark { None } else { Some(models.estimate(model)?) }));
+    }
     // Each image with its name, what it leaves out that the one before has, and the variance of its pixels.
-    let mut chain = vec![
-        ("truth", "", &truth.images.indirect, Some(&truth.images.variance)),
-        (
-            "later bounces",
-            "the model stops after the first bounce",
-            &one_bounce.indirect,
-            Some(&one_bounce.indirect_variance),
-        ),
-        (
-            "visibility",
-            "the model lets indirect light pass through what stands between",
-            &unoccluded.indirect,
-            Some(&unoccluded.indirect_variance),
-        ),
-    ];
-    let dark;
-    if stage.profile.emissive_triangles > 0 {
-        dark = if stage.profile.punctual_lights() == 0 {
-            (Image::new(stage.size), Image::new(stage.size))
-        } else {
-            let without = Source {
-                file: source.file.clone(),
-                scene: without_emission(&source.scene),
-                warnings: Vec::new(),
-                load_ms: 0.0,
-            };
-            let stage = Stage::new(&without, source.camera(None)?, stage.size, None);
-            let e = estimate(&stage, true, "one bounce without emitters")?;
-            (e.indirect, e.indirect_variance)
-        };
-        chain.push(("emitters", "the model has no light from emissive surfaces", &dark.0, Some(&dark.1)));
+    let mut chain = vec![("truth", String::new(), &truth.images.indirect, Some(&truth.images.variance))];
+    for (name, why, estimate) in &made {
+        let (image, variance) =
+            estimate.as_ref().map_or((&black, &black), |e| (&e.indirect, &e.indirect_variance));
+        chain.push((name, why.clone(), image, Some(variance)));
     }
     chain.push((
         "discretisation",
-        "finite maps and a finite number of virtual lights, on the CPU",
+        "maps, lattices and samples are finite; on the CPU".to_owned(),
         &cpu.indirect,
         None,
     ));
@@ -354,7 +405,7 @@ fn split(
     if let Some(gpu) = twin {
         chain.push((
             "precision",
-            "the GPU against the CPU: rounding, and silhouette texels that fall to the other side",
+            "the GPU against the CPU: rounding, and silhouette texels that fall to the other side".to_owned(),
             &gpu.indirect,
             None,
         ));
@@ -364,15 +415,20 @@ fn split(
             .map_err(|e| Failure::Check(format!("{}: {e}", stage.file)))?;
         let noise =
             [from.3, to.3].into_iter().flatten().map(|v| truth.mean_square_noise(v)).sum::<f64>().sqrt();
-        Ok(Part { name: to.0, explanation: to.1, measures, noise })
+        Ok(Part { name: to.0, explanation: to.1.clone(), measures, noise })
     };
     let parts = chain.windows(2).map(|pair| part(&pair[0], &pair[1])).collect::<Outcome<_>>()?;
     let whole = part(&chain[0], &chain[chain.len() - 1])?;
     Ok(Some(Split { label: cpu.label.clone(), parts, whole }))
 }
 
+/// Standard deviation from variance.
+fn deviation(variance: &Image) -> Image {
+    Image { size: variance.size, pixels: variance.pixels.iter().map(|v| v.map(f32::sqrt)).collect() }
+}
+
 /// Name, explanation, image and variance of an image in the chain from the truth to a technique.
-type Link<'a> = (&'static str, &'static str, &'a Image, Option<&'a Image>);
+type Link<'a> = (&'static str, String, &'a Image, Option<&'a Image>);
 
 /// The scene with its emissive surfaces switched off.
 fn without_emission(scene: &Scene) -> Scene {

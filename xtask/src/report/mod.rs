@@ -118,7 +118,7 @@ fn date(days: u64) -> String {
 fn csv(scenes: &[SceneReport]) -> String {
     let mut out = String::from(
         "scene,technique,backend,settings,frame_ms,prepare_ms,bias,rel_rmse,rel_mse,p50,p95,p99,flip,\
-         noise_floor_rel_rmse,cpu_bytes,gpu_bytes\n",
+         noise_floor_rel_rmse,cpu_bytes,gpu_bytes,matched_bounces,matched_occluded,matched_bias,matched_rel_rmse,matched_flip\n",
     );
     for scene in scenes {
         for run in &scene.runs {
@@ -133,10 +133,17 @@ fn csv(scenes: &[SceneReport]) -> String {
                     )
                 },
             );
+            let matched = run.matched.as_ref().map_or_else(
+                || ",,,,".to_owned(),
+                |m| {
+                    let (t, l) = (m.transport, m.error.luminance);
+                    format!("{},{},{},{},{}", t.bounces, t.occluded, l.bias, l.rel_rmse, m.error.flip)
+                },
+            );
             // Writing to a String cannot fail.
             let _ = writeln!(
                 out,
-                "{},{},{},{},{},{},{error},{},{}",
+                "{},{},{},{},{},{},{error},{},{},{matched}",
                 quote(&scene.name),
                 run.technique,
                 run.backend.name(),

@@ -50,6 +50,10 @@ pub(crate) trait Technique {
     fn notes(&self, profile: &SceneProfile) -> Notes;
     /// Every pass, on the GPU and on the CPU, for comparison; the stage has a GPU.
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>>;
+    /// What settings model of the light's way: the reference that the image approaches as its sampling gets finer.
+    fn transport(&self, _values: &Values) -> Transport {
+        Transport { bounces: 1, occluded: false }
+    }
     /// Bytes of the largest GPU buffer that these values need; beyond 128 MiB the device is asked for it.
     fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64;
     /// Allocates, compiles and uploads what frames need.
@@ -60,6 +64,22 @@ pub(crate) trait Technique {
         seed: u32,
         backend: Backend,
     ) -> Outcome<Box<dyn Renderer>>;
+}
+
+/// What is modelled of the light's way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub(crate) struct Transport {
+    /// Indirect bounces, at least 1.
+    pub(crate) bounces: u32,
+    /// Whether something may stand in the way of the first bounce; later ones are always blocked.
+    pub(crate) occluded: bool,
+}
+
+impl std::fmt::Display for Transport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let s = if self.bounces == 1 { "" } else { "s" };
+        write!(f, "{} bounce{s}{}", self.bounces, if self.occluded { "" } else { ", the first unoccluded" })
+    }
 }
 
 /// A technique made ready for one scene, image size and set of values.

@@ -12,6 +12,8 @@ use crate::failure::{Failure, Outcome};
 pub(crate) enum Kind {
     /// A whole number within a range.
     Int { min: u32, max: u32 },
+    /// A number within a range.
+    Number { min: f32, max: f32 },
     /// One of some words.
     Choice(&'static [&'static str]),
 }
@@ -31,6 +33,7 @@ impl Param {
     pub(crate) fn range(&self) -> String {
         match self.kind {
             Kind::Int { min, max } => format!("{min}..={max}"),
+            Kind::Number { min, max } => format!("{min}..={max}"),
             Kind::Choice(words) => words.join("|"),
         }
     }
@@ -38,6 +41,8 @@ impl Param {
     fn accepts(&self, value: &str) -> bool {
         match self.kind {
             Kind::Int { min, max } => value.parse().is_ok_and(|v: u32| (min..=max).contains(&v)),
+            // False for NaN.
+            Kind::Number { min, max } => value.parse().is_ok_and(|v: f32| (min..=max).contains(&v)),
             Kind::Choice(words) => words.contains(&value),
         }
     }
@@ -73,13 +78,19 @@ impl Values {
         self.word(key).parse().unwrap_or(0)
     }
 
+    /// A number that need not be whole; 0 as for [`Self::int`].
+    pub(crate) fn number(&self, key: &str) -> f32 {
+        self.word(key).parse().unwrap_or(0.0)
+    }
+
     pub(crate) fn word(&self, key: &str) -> &str {
         self.0.get(key).map_or("", String::as_str)
     }
 
     /// For JSON: numbers as numbers.
     pub(crate) fn json(&self) -> Map<String, Value> {
-        let value = |v: &String| v.parse::<u32>().map_or_else(|_| json!(v), |n| json!(n));
+        let number = |v: &String| v.parse::<f64>().map_or_else(|_| json!(v), |n| json!(n));
+        let value = |v: &String| v.parse::<u32>().map_or_else(|_| number(v), |n| json!(n));
         self.0.iter().map(|(k, v)| ((*k).to_owned(), value(v))).collect()
     }
 }
@@ -99,21 +110,24 @@ pub(crate) fn table(params: &[Param]) -> String {
 mod tests {
     use super::*;
 
-    const PARAMS: [Param; 2] = [
+    const PARAMS: [Param; 3] = [
         Param { key: "count", default: "8", kind: Kind::Int { min: 1, max: 16 }, doc: "" },
         Param { key: "mode", default: "a", kind: Kind::Choice(&["a", "b"]), doc: "" },
+        Param { key: "tau", default: "0.5", kind: Kind::Number { min: 0.0, max: 1.0 }, doc: "" },
     ];
 
     #[test]
     fn defaults_are_changed_within_their_range() {
         let v = Values::parse("t", &PARAMS, &["count=12"]).unwrap();
         assert_eq!((v.int("count"), v.word("mode")), (12, "a"));
-        assert_eq!(Value::from(v.json()).to_string(), r#"{"count":12,"mode":"a"}"#);
+        assert_eq!(Value::from(v.json()).to_string(), r#"{"count":12,"mode":"a","tau":0.5}"#);
         let error = |pair: &str| Values::parse("t", &PARAMS, &[pair]).unwrap_err().line();
         assert_eq!(error("count=17"), "--set count=17: `17` is not in the range 1..=16");
         assert_eq!(error("count=-1"), "--set count=-1: `-1` is not in the range 1..=16");
         assert_eq!(error("mode=c"), "--set mode=c: `c` is not in the range a|b");
-        assert_eq!(error("x=1"), "--set x=1: unknown key `x`; the keys of t are: count, mode");
+        assert_eq!(error("x=1"), "--set x=1: unknown key `x`; the keys of t are: count, mode, tau");
+        assert_eq!(error("tau=nan"), "--set tau=nan: `nan` is not in the range 0..=1");
+        assert_eq!(Values::parse("t", &PARAMS, &["tau=1e-3"]).unwrap().number("tau"), 1e-3);
         assert_eq!(error("count"), "--set count: must be KEY=VALUE");
     }
 }
