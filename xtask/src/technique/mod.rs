@@ -1,6 +1,7 @@
 //! The one way in which the harness sees techniques.
 
 mod params;
+mod radiance_hints;
 mod reference;
 mod rsm_gather;
 mod shared;
@@ -169,7 +170,7 @@ pub(crate) struct Notes {
 
 /// All real-time techniques.
 pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
-    vec![Box::new(rsm_gather::RsmGather)]
+    vec![Box::new(rsm_gather::RsmGather), Box::new(radiance_hints::RadianceHints)]
 }
 
 /// Name of the path tracer, which is not a real-time technique but answers to the same command.
