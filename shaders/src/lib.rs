@@ -110,11 +110,11 @@ modules! {
         "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl",
         "radiance_hints/sample.wgsl",
     ] => ["sample_importance", "sample_disc"];
-    /// What stands between hints and samples; twin of `radiance_hints::cpu::visibility`.
-    RADIANCE_HINTS_VISIBILITY = [
+    /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
+    RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
-        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/visibility.wgsl",
-    ] => ["visibility_depths", "visibility_rsm", "visibility_camera"];
+        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/occlusion.wgsl",
+    ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
     RADIANCE_HINTS_ESTIMATE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/look.wgsl",

@@ -232,7 +232,7 @@ fn floats(
         4 => of::<4>(name, cpu, gpu, mask),
         6 => of::<6>(name, cpu, gpu, mask),
         12 => of::<12>(name, cpu, gpu, mask),
-        27 => of::<27>(name, cpu, gpu, mask),
+        28 => of::<28>(name, cpu, gpu, mask),
         _ => of::<1>(name, cpu, gpu, mask),
     }
 }

@@ -49,9 +49,10 @@ pub struct Sample {
 pub struct Surroundings {
     /// Mean albedo, `[0, 1]`: reflected over incident flux, as the hint sees it.
     pub albedo: [f32; 3],
-    /// Distance to the nearest sample, metres; 0 for a hint without samples.
+    /// Distance to the nearest sample whose lit side it sees, metres; 0 for a hint that sees none.
     pub r_min: f32,
-    /// Distance to the farthest sample, metres.
+    /// Distance to the farthest of them, metres; 0 for a hint that sees none, which is inside of something or outside of
+    /// everything and has no say in later bounces.
     pub r_max: f32,
 }
 
@@ -94,8 +95,8 @@ pub struct Settings {
     pub range: f32,
     /// Share of the map that the disc takes.
     pub fraction: f32,
-    /// Coefficients per channel.
-    pub coefficients: u32,
+    /// Vectors per hint.
+    pub vectors: u32,
     /// Samples per hint and bounce.
     pub bounce_samples: u32,
     /// 0 importance, 1 disc.
@@ -110,6 +111,6 @@ pub struct Settings {
     pub pad0: u32,
     /// Fills the row.
     pub pad1: u32,
-    /// Albedo behind each face and 0.
+    /// Albedo and depth behind each face; 0 and 1 where `enclosed` is 0.
     pub enclosure: [[f32; 4]; 6],
 }

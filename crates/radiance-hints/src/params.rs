@@ -7,12 +7,22 @@ use crate::Error;
 pub enum Order {
     /// `l ≤ 1`: 4 coefficients, 48 bytes a hint.
     Two,
-    /// `l ≤ 2`: 9 coefficients, 108 bytes a hint; the irradiance of any distant light to within 3 %.
+    /// `l ≤ 2`: 9 coefficients, 112 bytes a hint; the irradiance of any distant light to within 3 %.
     #[default]
     Three,
 }
 
 impl Order {
+    /// Vectors of four numbers that a hint takes: the first four coefficients of red, green and blue; then, for order 3, the
+    /// next four of each, and the ninth of all three.
+    #[must_use]
+    pub const fn vectors(self) -> u32 {
+        match self {
+            Self::Two => 3,
+            Self::Three => 7,
+        }
+    }
+
     /// Coefficients per channel.
     #[must_use]
     pub const fn coefficients(self) -> u32 {
@@ -161,11 +171,11 @@ impl Options {
         }
     }
 
-    /// Bytes of the hints: `12·coefficients` for each and each volume that is held at once, one for one bounce, two for two
+    /// Bytes of the hints: `16·vectors` for each and each volume that is held at once, one for one bounce, two for two
     /// and three for more; 20 more for each where there is more than one bounce.
     #[must_use]
     pub fn hint_bytes(&self, hints: u32) -> u64 {
-        let volume = 12 * u64::from(self.order.coefficients());
+        let volume = 16 * u64::from(self.order.vectors());
         let more = if self.bounces > 1 { 20 } else { 0 };
         u64::from(hints) * (volume * u64::from(self.bounces.min(3)) + more)
     }
@@ -209,10 +219,19 @@ impl Default for Options {
 pub const INTERLEAVE: u32 = 4;
 
 /// Mean albedo of what lies behind each face of the lattice's box, `[0, 1]`; black where a side is open.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosure {
     /// The faces `−x, +x, −y, +y, −z, +z`.
     pub albedo: [Vec3; 6],
+    /// How far it is, as a mean share of the way to the face, `(0, 1]`.
+    pub depth: [f32; 6],
+}
+
+impl Default for Enclosure {
+    /// Nothing: black, at the faces.
+    fn default() -> Self {
+        Self { albedo: [Vec3::ZERO; 6], depth: [1.0; 6] }
+    }
 }
 
 /// What may change from frame to frame.

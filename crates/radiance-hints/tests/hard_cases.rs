@@ -5,7 +5,7 @@
 mod common;
 
 use common::{camera_view, floor_and_wall, lattice, light, lights, push_square, room, scaled, spot, two_volumes};
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, LightKind, Material, Scene};
 use radiance_hints::{
@@ -130,15 +130,14 @@ fn results_repeat_bit_for_bit_on_any_number_of_threads() {
 fn volumes_blend_without_a_seam() {
     let scene = floor_and_wall(lights()[0], 1.0);
     let lattice = two_volumes(&scene);
-    let uniform: Vec<f32> = (0..lattice.hints()).flat_map(|_| [[1.0_f32; 3], [0.0; 3], [0.0; 3], [0.0; 3]]).flatten().collect();
-    let bumpy: Vec<f32> =
-        (0..lattice.hints()).flat_map(|i| [[(i * 7 % 11) as f32; 3], [0.0; 3], [0.0; 3], [0.0; 3]]).flatten().collect();
-    let at = |hints: &[f32], p: Vec3| {
+    let uniform: Vec<Vec4> = (0..lattice.hints()).flat_map(|_| [Vec4::X; 3]).collect();
+    let bumpy: Vec<Vec4> = (0..lattice.hints()).flat_map(|i| [Vec4::X * (i * 7 % 11) as f32; 3]).collect();
+    let at = |hints: &[Vec4], p: Vec3| {
         let field = cpu::Field { lattice: &lattice, order: Order::Two, hints };
         cpu::irradiance(&field, p, Vec3::Y, Reconstruction::NearSurface).x
     };
     let flat = at(&uniform, Vec3::ZERO);
-    let (mut last, mut steepest) = (None, 0.0_f32);
+    let (mut last, mut steepest) = (None::<f32>, 0.0_f32);
     let steps = 20_000;
     for i in 0..=steps {
         let t = i as f32 / steps as f32;
@@ -146,7 +145,7 @@ fn volumes_blend_without_a_seam() {
         assert!((at(&uniform, p) / flat - 1.0).abs() < 1e-5, "{p}");
         let now = at(&bumpy, p);
         if let Some(before) = last {
-            steepest = steepest.max((now - before as f32).abs());
+            steepest = steepest.max((now - before).abs());
         }
         last = Some(now);
     }
@@ -159,13 +158,14 @@ fn volumes_blend_without_a_seam() {
 fn hints_behind_the_receiver_do_not_count() {
     let lattice = Lattice::new(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, [8; 3]).unwrap();
     let value = |i: u32| if lattice.position(i).y < 0.5 { 1e4 } else { 1.0 };
-    let hints: Vec<f32> = (0..lattice.hints()).flat_map(|i| [[value(i); 3], [0.0; 3], [0.0; 3], [0.0; 3]]).flatten().collect();
+    let hints: Vec<Vec4> = (0..lattice.hints()).flat_map(|i| [Vec4::X * value(i); 3]).collect();
     let field = cpu::Field { lattice: &lattice, order: Order::Two, hints: &hints };
     let e = |y: f32, form| cpu::irradiance(&field, Vec3::new(0.4, y, 0.6), Vec3::Y, form).x;
     let alone = e(0.9, Reconstruction::NearSurface);
     // A wall at 0.5 with hints 1/16 to either side.
     let beside = e(0.5, Reconstruction::NearSurface);
-    assert!((beside / alone - 1.0).abs() < 1e-3, "{beside} {alone}");
+    // They keep a share of 1e-7, for where there are no others: 1e4 times that, and rounding.
+    assert!((beside / alone - 1.0).abs() < 2e-3, "{beside} {alone}");
 }
 
 /// Two rooms without a door: what arrives behind the wall, as a share of what arrives before it.
@@ -194,12 +194,12 @@ fn light_does_not_leak_through_a_lit_wall() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let lattice = Lattice::fit(&scene.bounds().unwrap(), 4096).unwrap();
     let camera = cast::gbuffer(&accel, &camera_view(1.0), [2, 2]);
-    let leak = |visibility, reconstruction| {
+    let leak = |visibility, reconstruction, jitter| {
         let options = Options { resolution: 256, visibility, ..Options::default() };
-        let params = Params { reconstruction, ..Params::default() };
+        let params = Params { reconstruction, jitter, ..Params::default() };
         let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
         let samples = cpu::sample(&rsm, &lattice, &options, 0);
-        let blocked = cpu::visibility(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
+        let blocked = cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
         let hints = cpu::estimate(&lattice, &samples, &blocked, &options, &params).hints;
         let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
         // Floor, ceiling, end wall and the wall's own two sides.
@@ -220,11 +220,13 @@ fn light_does_not_leak_through_a_lit_wall() {
         };
         room(1.0) / room(-1.0)
     };
-    let printed = leak(Visibility::Off, Reconstruction::AsPrinted);
-    let off = leak(Visibility::Off, Reconstruction::NearSurface);
-    let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface);
-    println!("leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}");
-    assert!(ours < 0.01 && ours < 0.3 * off, "{printed} {off} {ours}");
+    let printed = leak(Visibility::Off, Reconstruction::AsPrinted, 1.0);
+    let off = leak(Visibility::Off, Reconstruction::NearSurface, 0.5);
+    let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.5);
+    let still = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0);
+    println!("leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}, from the hints' centres {still:.4}");
+    // The hints in the middle of the wall look from both sides of it where they are jittered.
+    assert!(ours < 0.015 && still < 0.01 && still < ours && ours < 0.3 * off, "{printed} {off} {ours} {still}");
 }
 
 #[test]
@@ -268,8 +270,11 @@ fn a_budget_chooses_the_resolution() {
         let lattice = Lattice::fit(&Aabb { min: Vec3::ONE, max: Vec3::ONE + extent }, hints).unwrap();
         // A flat box gets a second layer.
         assert!(lattice.hints() <= 2 * hints && 3 * lattice.hints() >= hints, "{extent}: {}", lattice.hints());
-        let cell = lattice.volumes()[0].cell;
-        assert!(hints < 8 || cell.max_element() < 2.1 * cell.min_element(), "{extent}: {cell}");
+        let volume = lattice.volumes()[0];
+        // Edges of an axis that is divided; one that is not may be short.
+        let edges = (0..3).filter(|a| volume.resolution[*a] > 1).map(|a| volume.cell[a]);
+        let (least, most) = edges.fold((f32::MAX, 0.0_f32), |(l, m), e| (l.min(e), m.max(e)));
+        assert!(most < 2.1 * least || most == 0.0, "{extent}: {}", volume.cell);
     }
     let cube = Lattice::fit(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 4096).unwrap();
     assert_eq!(cube.hints(), 4096);

@@ -5,18 +5,23 @@
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<uniform> lattice: Lattice;
 /// After the bounce before.
-@group(0) @binding(2) var<storage, read> hints: array<f32>;
+@group(0) @binding(2) var<storage, read> hints: array<vec4<f32>>;
 /// What the new light is added to: the first bounce; as printed, the bounce before.
-@group(0) @binding(3) var<storage, read> base: array<f32>;
+@group(0) @binding(3) var<storage, read> base: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> surroundings: array<Surroundings>;
-@group(0) @binding(5) var<storage, read_write> next: array<f32>;
+@group(0) @binding(5) var<storage, read_write> next: array<vec4<f32>>;
 
 /// Albedo, and least and greatest distance.
 struct Around {
     albedo: vec3<f32>,
     r_min: f32,
     r_max: f32,
+    /// The share of the hints around that see a lit surface at all.
+    seeing: f32,
 }
+
+const PLACES: u32 = 4u;
+const LEAST_REST: f32 = 1e-3;
 
 @compute @workgroup_size(64)
 fn bounce_directions(
@@ -36,16 +41,29 @@ fn bounce_directions(
     for (var j = 0u; j < settings.bounce_samples; j++) {
         let w = sphere_uniform(sobol_2d(j, key));
         let border = exit(volume, position, w);
-        let q = position + w * min(border.x, reach);
-        var albedo: vec3<f32>;
-        if settings.enclosed == 1u {
-            albedo = settings.enclosure[u32(border.y)].xyz;
-        } else {
-            albedo = around_at(q).albedo;
+        let farthest = min(border.x * settings.enclosure[u32(border.y)].w, reach);
+        // From the border inwards, until the hints around see something: others are outside of the room.
+        var radiance = vec3(0.0);
+        var rest = 1.0;
+        for (var i = 0u; i < PLACES; i++) {
+            let q = position + w * (farthest * (1.0 - f32(i) / f32(PLACES)));
+            let around = around_at(q);
+            var albedo = around.albedo;
+            if settings.enclosed == 1u {
+                albedo = settings.enclosure[u32(border.y)].xyz;
+            }
+            // What blind hints have is 0: this is the share of the others.
+            radiance += radiance_from(q, w, albedo) * rest;
+            rest *= 1.0 - around.seeing;
+            if rest < LEAST_REST {
+                break;
+            }
         }
-        let radiance = radiance_from(q, w, albedo);
+        if rest < 1.0 {
+            radiance *= 1.0 / (1.0 - rest);
+        }
         let basis = sh_basis_l2(w);
-        for (var i = 0u; i < settings.coefficients; i++) {
+        for (var i = 0u; i < 9u; i++) {
             sh[i] += radiance * basis[i];
         }
     }
@@ -105,7 +123,7 @@ fn sphere(hint: u32, printed: bool) {
         let albedo = select(place.albedo, vec3(1.0), printed);
         let radiance = radiance_from(q, w, albedo) * (v * c);
         let basis = sh_basis_l2(w);
-        for (var i = 0u; i < settings.coefficients; i++) {
+        for (var i = 0u; i < 9u; i++) {
             sh[i] += radiance * basis[i];
         }
         weights += v * c;
@@ -117,14 +135,10 @@ fn sphere(hint: u32, printed: bool) {
 }
 
 fn store(hint: u32, sh: array<vec3<f32>, 9>, scale: f32) {
-    var coefficients = sh;
-    let begin = hint * settings.coefficients * 3u;
-    for (var i = 0u; i < settings.coefficients; i++) {
-        let at = begin + 3u * i;
-        let c = coefficients[i] * scale;
-        next[at] = base[at] + c.x;
-        next[at + 1u] = base[at + 1u] + c.y;
-        next[at + 2u] = base[at + 2u] + c.z;
+    let begin = hint * settings.vectors;
+    var vectors = pack_hint(sh);
+    for (var i = 0u; i < settings.vectors; i++) {
+        next[begin + i] = base[begin + i] + vectors[i] * scale;
     }
 }
 
@@ -137,7 +151,7 @@ fn radiance_from(q: vec3<f32>, w: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
 
 /// What is known of the surroundings of a place, interpolated.
 fn around_at(q: vec3<f32>) -> Around {
-    var result = Around(vec3(0.0), 0.0, 0.0);
+    var result = Around(vec3(0.0), 0.0, 0.0, 0.0);
     var rest = 1.0;
     for (var v = 0u; v < lattice.volumes; v++) {
         var weight = rest;
@@ -155,6 +169,7 @@ fn around_at(q: vec3<f32>) -> Around {
                     result.albedo += vec3(s.albedo[0], s.albedo[1], s.albedo[2]) * share;
                     result.r_min += s.r_min * share;
                     result.r_max += s.r_max * share;
+                    result.seeing += select(0.0, share, s.r_max > 0.0);
                 }
             }
         }

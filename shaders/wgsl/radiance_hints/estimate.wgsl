@@ -7,7 +7,7 @@
 @group(0) @binding(2) var<storage, read> samples: array<Sample>;
 /// One word that is not read where nothing is tested.
 @group(0) @binding(3) var<storage, read> blocked: array<u32>;
-@group(0) @binding(4) var<storage, read_write> hints: array<f32>;
+@group(0) @binding(4) var<storage, read_write> hints: array<vec4<f32>>;
 /// One element that is not written where there is one bounce.
 @group(0) @binding(5) var<storage, read_write> surroundings: array<Surroundings>;
 
@@ -51,22 +51,28 @@ fn estimate(
         let band2 = c * band1;
         let basis = sh_basis_l2(w);
         let radiance = s.flux * weight;
-        for (var i = 0u; i < settings.coefficients; i++) {
-            let band = select(select(band2, band1, i < 4u), 1.0, i == 0u);
-            sh[i] += radiance * (basis[i] * band);
+        sh[0] += radiance * basis[0];
+        sh[1] += radiance * (basis[1] * band1);
+        sh[2] += radiance * (basis[2] * band1);
+        sh[3] += radiance * (basis[3] * band1);
+        sh[4] += radiance * (basis[4] * band2);
+        sh[5] += radiance * (basis[5] * band2);
+        sh[6] += radiance * (basis[6] * band2);
+        sh[7] += radiance * (basis[7] * band2);
+        sh[8] += radiance * (basis[8] * band2);
+        if cosine > 0.0 {
+            r_min = min(r_min, d);
+            r_max = max(r_max, d);
         }
-        r_min = min(r_min, d);
-        r_max = max(r_max, d);
         seen += radiance;
         seen_incident += s.incident * weight;
         all_flux += s.flux;
         all_incident += s.incident;
     }
-    let begin = hint * settings.coefficients * 3u;
-    for (var i = 0u; i < settings.coefficients; i++) {
-        hints[begin + 3u * i] = sh[i].x;
-        hints[begin + 3u * i + 1u] = sh[i].y;
-        hints[begin + 3u * i + 2u] = sh[i].z;
+    let begin = hint * settings.vectors;
+    var vectors = pack_hint(sh);
+    for (var i = 0u; i < settings.vectors; i++) {
+        hints[begin + i] = vectors[i];
     }
     if hint < arrayLength(&surroundings) {
         let albedo = array<f32, 3>(

@@ -2,7 +2,7 @@
 // Twin: crates/radiance-hints/src/cpu/field.rs.
 // Papaioannou 2011, §5; the including module binds `settings`, `lattice` and `hints`.
 
-const LEAST_SHARE: f32 = 1e-4;
+const LEAST_SHARE: f32 = 1e-7;
 
 /// Hints before a plane count, those behind do not; all do where strength is 0.
 struct Plane {
@@ -76,7 +76,9 @@ fn field_diagonal(q: vec3<f32>) -> f32 {
 
 /// The field at q, weighed coefficient by coefficient, and the mean distance of the hints it is read from to the plane.
 fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec4<f32> {
-    var weights = w;
+    let low_band = vec4(w[0], w[1], w[2], w[3]);
+    let high_band = vec4(w[4], w[5], w[6], w[7]);
+    let last_band = w[8];
     var result = vec3(0.0);
     var height = 0.0;
     var rest = 1.0;
@@ -99,11 +101,18 @@ fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec4<f32> {
                     let position = volume.origin + volume.cell * (vec3<f32>(place) + 0.5);
                     let share = trilinear * plane_share(plane, position, volume.cell);
                     side += dot(plane.normal, position - plane.point) * share;
-                    let first = volume_hint(v, place) * settings.coefficients * 3u;
-                    var value = vec3(0.0);
-                    for (var i = 0u; i < settings.coefficients; i++) {
-                        let at = first + 3u * i;
-                        value += vec3(hints[at], hints[at + 1u], hints[at + 2u]) * weights[i];
+                    let first = volume_hint(v, place) * settings.vectors;
+                    var value = vec3(
+                        dot(hints[first], low_band),
+                        dot(hints[first + 1u], low_band),
+                        dot(hints[first + 2u], low_band),
+                    );
+                    if settings.vectors == 7u {
+                        value += vec3(
+                            dot(hints[first + 3u], high_band),
+                            dot(hints[first + 4u], high_band),
+                            dot(hints[first + 5u], high_band),
+                        ) + hints[first + 6u].xyz * last_band;
                     }
                     sum += value * share;
                     total += share;

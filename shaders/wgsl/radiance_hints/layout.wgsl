@@ -52,7 +52,8 @@ struct Settings {
     range: f32,
     /// c_RSM of the disc.
     fraction: f32,
-    coefficients: u32,
+    /// Vectors of a hint: four coefficients of red, green and blue each; four more of each, and the ninth of all three.
+    vectors: u32,
     bounce_samples: u32,
     /// 0 importance, 1 disc.
     sampling: u32,
@@ -64,7 +65,7 @@ struct Settings {
     enclosed: u32,
     pad0: u32,
     pad1: u32,
-    /// Mean albedo of what lies behind each face of the box: −x, +x, −y, +y, −z, +z.
+    /// Mean albedo and depth of what lies behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
     enclosure: array<vec4<f32>, 6>,
 }
 
@@ -96,4 +97,17 @@ fn lattice_place(i: u32) -> vec3<u32> {
 fn lattice_position(i: u32) -> vec3<f32> {
     let v = lattice_volume(i);
     return lattice.volume[v].origin + lattice.volume[v].cell * (vec3<f32>(lattice_place(i)) + 0.5);
+}
+
+/// The coefficients of a hint as it stores them; order 2 keeps the first three vectors.
+fn pack_hint(sh: array<vec3<f32>, 9>) -> array<vec4<f32>, 7> {
+    return array<vec4<f32>, 7>(
+        vec4(sh[0].x, sh[1].x, sh[2].x, sh[3].x),
+        vec4(sh[0].y, sh[1].y, sh[2].y, sh[3].y),
+        vec4(sh[0].z, sh[1].z, sh[2].z, sh[3].z),
+        vec4(sh[4].x, sh[5].x, sh[6].x, sh[7].x),
+        vec4(sh[4].y, sh[5].y, sh[6].y, sh[7].y),
+        vec4(sh[4].z, sh[5].z, sh[6].z, sh[7].z),
+        vec4(sh[8], 0.0),
+    );
 }

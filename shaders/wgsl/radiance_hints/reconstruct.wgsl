@@ -4,7 +4,7 @@
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<uniform> lattice: Lattice;
-@group(0) @binding(2) var<storage, read> hints: array<f32>;
+@group(0) @binding(2) var<storage, read> hints: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
 @group(0) @binding(5) var<uniform> image: Target;

@@ -89,7 +89,7 @@ const PARAMS: [Param; 17] = [
         key: "enclosure",
         default: "measured",
         kind: Kind::Choice(&["measured", "maps"]),
-        doc: "albedo around the box: by 1536 rays once per scene, or what the maps alone tell",
+        doc: "albedo around the box: by 2048 rays once per scene, or what the maps alone tell",
     },
     Param {
         key: "range",
@@ -169,6 +169,8 @@ impl Setup {
         let bounds = stage.scene.bounds().filter(|b| b.diagonal() > 0.0).unwrap_or(unit);
         let lattice = Lattice::fit(&bounds, values.int("lattice").pow(3)).map_err(failed)?;
         let measured = values.int("bounces") > 1 && values.word("enclosure") == "measured";
+        let maps = rsm::cpu::generate(&stage.accel, &rsm::Options { resolution: 64, ..rsm::Options::default() })
+            .map_err(|e| failure(stage, &e))?;
         let params = Params {
             seed,
             jitter: values.number("jitter"),
@@ -178,7 +180,7 @@ impl Setup {
                 "sphere-as-printed" => Bounce::SphereAsPrinted,
                 _ => Bounce::Directions,
             },
-            enclosure: measured.then(|| cpu::enclosure(&stage.accel, &bounds)),
+            enclosure: measured.then(|| cpu::enclosure(&stage.accel, &bounds, &maps)),
             range: values.number("range"),
             reconstruction: match values.word("reconstruct") {
                 "as-printed" => Reconstruction::AsPrinted,
@@ -257,7 +259,7 @@ impl Technique for RadianceHints {
     fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
         let (options, hints) = (options(values), values.int("lattice").pow(3));
         let lists = u64::from(options.sets(hints)) * u64::from(options.samples);
-        let hints = u64::from(hints) * u64::from(options.order.coefficients()) * 12;
+        let hints = u64::from(hints) * u64::from(options.order.vectors()) * 16;
         let depths = shared::most_maps(profile) * u64::from(options.resolution).pow(2) * 4;
         let rsm = shared::largest_rsm_buffer(options.resolution);
         (lists * size_of::<radiance_hints::Sample>() as u64).max(hints).max(depths).max(rsm)
@@ -492,7 +494,7 @@ impl Gpu {
         let mut found = shared::rsm_twins(&found);
         for t in &mut found {
             // A segment that grazes a texel's border falls to either side of it, as a silhouette does.
-            if let ("visibility", Data::Ints(a), Data::Ints(b)) = (t.pass.as_str(), &t.cpu, &t.gpu) {
+            if let ("occlusion", Data::Ints(a), Data::Ints(b)) = (t.pass.as_str(), &t.cpu, &t.gpu) {
                 t.same_triangle = Some(a.iter().zip(b).map(|(a, b)| a == b).collect());
             }
         }

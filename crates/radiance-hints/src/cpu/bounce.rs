@@ -11,7 +11,7 @@
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use indirect_sampling::{
     mapping,
     rng::{hash_combine, unit_f32},
@@ -20,8 +20,14 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
 
-use super::field::{Field, Plane, surroundings_at};
+use super::field::{Field, Plane, around_at, pack};
 use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
+
+/// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
+const PLACES: u32 = 4;
+
+/// Share of a direction's light that is not worth another place.
+const LEAST_REST: f32 = 1e-3;
 
 /// `A_l` of the clamped cosine.
 const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, 0.785_398_16);
@@ -42,14 +48,14 @@ pub fn bounce_seed(seed: u32, number: u32) -> u32 {
 #[must_use]
 pub fn bounce(
     lattice: &Lattice,
-    first: &[f32],
-    last: &[f32],
+    first: &[Vec4],
+    last: &[Vec4],
     surroundings: &[Surroundings],
     number: u32,
     options: &Options,
     params: &Params,
-) -> Vec<f32> {
-    let numbers = options.order.coefficients() as usize * 3;
+) -> Vec<Vec4> {
+    let vectors = options.order.vectors() as usize;
     let source = Source {
         field: Field { lattice, order: options.order, hints: last },
         surroundings,
@@ -58,16 +64,16 @@ pub fn bounce(
         params,
     };
     let base = if params.transport == Transport::SphereAsPrinted { last } else { first };
-    let mut next = vec![0.0; base.len()];
-    next.par_chunks_exact_mut(numbers).zip(base.par_chunks_exact(numbers)).enumerate().for_each(
+    let mut next = vec![Vec4::ZERO; base.len()];
+    next.par_chunks_exact_mut(vectors).zip(base.par_chunks_exact(vectors)).enumerate().for_each(
         |(hint, (next, base))| {
             let sh = match params.transport {
                 Transport::Directions => source.directions(hint as u32),
                 Transport::Sphere => source.sphere(hint as u32, false),
                 Transport::SphereAsPrinted => source.sphere(hint as u32, true),
             };
-            for (i, (next, base)) in next.iter_mut().zip(base).enumerate() {
-                *next = base + sh[i / 3][i % 3];
+            for ((next, base), more) in next.iter_mut().zip(base).zip(pack(&sh)) {
+                *next = *base + more;
             }
         },
     );
@@ -93,12 +99,27 @@ impl Source<'_> {
         for j in 0..self.samples {
             let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
             let (border, face) = exit(volume, position, w);
-            let q = position + w * border.min(reach);
-            let albedo = match &self.params.enclosure {
-                Some(enclosure) => enclosure.albedo[face],
-                None => surroundings_at(lattice, self.surroundings, q).0,
-            };
-            let radiance = self.radiance(q, w, albedo);
+            let depth = self.params.enclosure.map_or(1.0, |e| e.depth[face]);
+            let farthest = (border * depth).min(reach);
+            // From the border inwards, until the hints around see something: others are outside of the room.
+            let (mut radiance, mut rest) = (Vec3::ZERO, 1.0);
+            for i in 0..PLACES {
+                let q = position + w * (farthest * (1.0 - i as f32 / PLACES as f32));
+                let around = around_at(lattice, self.surroundings, q);
+                let albedo = match &self.params.enclosure {
+                    Some(enclosure) => enclosure.albedo[face],
+                    None => around.albedo,
+                };
+                // What blind hints have is 0: this is the share of the others.
+                radiance += self.radiance(q, w, albedo) * rest;
+                rest *= 1.0 - around.seeing;
+                if rest < LEAST_REST {
+                    break;
+                }
+            }
+            if rest < 1.0 {
+                radiance *= 1.0 / (1.0 - rest);
+            }
             for (c, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
                 *c += radiance * y;
             }
@@ -127,10 +148,10 @@ impl Source<'_> {
             if t.cmplt(Vec3::ZERO).any() || t.cmpgt(extent).any() {
                 continue;
             }
-            let (albedo, r_min, r_max) = surroundings_at(lattice, self.surroundings, q);
-            let v = visibility(r, own.r_min + r_min, own.r_max + r_max);
-            let c = (1.0 - r_min / reach).max(0.0);
-            let albedo = if printed { Vec3::ONE } else { albedo };
+            let around = around_at(lattice, self.surroundings, q);
+            let v = visibility(r, own.r_min + around.r_min, own.r_max + around.r_max);
+            let c = (1.0 - around.r_min / reach).max(0.0);
+            let albedo = if printed { Vec3::ONE } else { around.albedo };
             let radiance = self.radiance(q, w, albedo) * (v * c);
             for (s, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
                 *s += radiance * y;
@@ -158,14 +179,18 @@ fn extent(volume: &Volume) -> Vec3 {
 
 /// Where the ray from `p`, inside, along `w` leaves the volume: distance and face, `−x, +x, −y, +y, −z, +z`.
 fn exit(volume: &Volume, p: Vec3, w: Vec3) -> (f32, usize) {
-    let end = volume.origin + extent(volume);
+    exit_of_box(volume.origin, volume.origin + extent(volume), p, w)
+}
+
+/// The same of the box from `origin` to `end`.
+pub(super) fn exit_of_box(origin: Vec3, end: Vec3, p: Vec3, w: Vec3) -> (f32, usize) {
     let (mut nearest, mut face) = (f32::MAX, 0);
     for axis in 0..3 {
         if w[axis] == 0.0 {
             continue;
         }
         let up = w[axis] > 0.0;
-        let t = (if up { end[axis] } else { volume.origin[axis] } - p[axis]) / w[axis];
+        let t = (if up { end[axis] } else { origin[axis] } - p[axis]) / w[axis];
         if t < nearest {
             (nearest, face) = (t, 2 * axis + usize::from(up));
         }

@@ -10,13 +10,14 @@
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use sh_math::twins::sh_basis_l2;
 
 use super::{
+    field::pack,
     look::{list_of, place_of, shift_of},
-    visibility::{share_of_blocked, words},
+    occlusion::{share_of_blocked, words},
 };
 use crate::{Lattice, Options, Params, Sample, Surroundings};
 
@@ -24,17 +25,16 @@ use crate::{Lattice, Options, Params, Sample, Surroundings};
 /// out.
 const LEAST_D2: f32 = 1e-37;
 
-/// The field after the first bounce: coefficient after coefficient of each hint, each three channels, W/(sr·m²); and, for
-/// more than one bounce, what the hints know of their surroundings.
+/// The field after the first bounce, W/(sr·m²), and, for more than one bounce, what the hints know of their surroundings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
-    /// `hints · coefficients · 3` numbers.
-    pub hints: Vec<f32>,
+    /// [`Order::vectors`](crate::Order::vectors) vectors per hint, see [`pack`].
+    pub hints: Vec<Vec4>,
     /// One per hint, or none.
     pub surroundings: Vec<Surroundings>,
 }
 
-/// Estimates all hints. `blocked` are the words of [`visibility`](super::visibility), none where there is no test.
+/// Estimates all hints. `blocked` are the words of [`occlusion`](super::occlusion), none where there is no test.
 #[must_use]
 pub fn estimate(
     lattice: &Lattice,
@@ -43,12 +43,12 @@ pub fn estimate(
     options: &Options,
     params: &Params,
 ) -> Estimate {
-    let coefficients = options.order.coefficients() as usize;
     let found: Vec<_> = (0..lattice.hints())
         .into_par_iter()
         .map(|i| estimate_hint(lattice, i, samples, blocked, options, params))
         .collect();
-    let hints = found.iter().flat_map(|(sh, _)| &sh[..coefficients]).flat_map(|c| c.to_array()).collect();
+    let vectors = options.order.vectors() as usize;
+    let hints = found.iter().flat_map(|(sh, _)| pack(sh).into_iter().take(vectors)).collect();
     let surroundings =
         if options.bounces > 1 { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
     Estimate { hints, surroundings }
@@ -89,8 +89,10 @@ fn estimate_hint(
         for (i, (c, y)) in sh.iter_mut().zip(basis).enumerate() {
             *c += radiance * (y * bands[sh_math::band(i)]);
         }
-        r_min = r_min.min(d);
-        r_max = r_max.max(d);
+        if cosine > 0.0 {
+            r_min = r_min.min(d);
+            r_max = r_max.max(d);
+        }
         seen += radiance;
         seen_incident += s.incident * weight;
         all += s.flux;
@@ -111,7 +113,7 @@ fn estimate_hint(
     (sh, Surroundings { albedo, r_min, r_max })
 }
 
-/// The share of a sample's light that arrives; see [`visibility`](super::visibility).
+/// The share of a sample's light that arrives; see [`occlusion`](super::occlusion).
 fn open(blocked: &[u32], hint: u32, k: u32, samples: u32) -> f32 {
     if blocked.is_empty() {
         return 1.0;

@@ -1,11 +1,21 @@
 //! Reading the field between hints.
 
-use glam::{UVec3, Vec3};
+use glam::{UVec3, Vec3, Vec4};
 
 use crate::{Lattice, Order, Surroundings, Volume};
 
 /// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
-const LEAST_SHARE: f32 = 1e-4;
+const LEAST_SHARE: f32 = 1e-7;
+
+/// The coefficients of a hint as it stores them: four of red, green and blue each, four more of each, and the ninth of all
+/// three. Order 2 keeps the first three vectors.
+#[must_use]
+pub fn pack(sh: &[Vec3; 9]) -> [Vec4; 7] {
+    let four = |first: usize, channel: usize| {
+        Vec4::new(sh[first][channel], sh[first + 1][channel], sh[first + 2][channel], sh[first + 3][channel])
+    };
+    [four(0, 0), four(0, 1), four(0, 2), four(4, 0), four(4, 1), four(4, 2), sh[8].extend(0.0)]
+}
 
 /// Hints to read.
 #[derive(Debug, Clone, Copy)]
@@ -15,7 +25,7 @@ pub struct Field<'a> {
     /// How many coefficients they have.
     pub order: Order,
     /// Their coefficients, as [`Estimate::hints`](super::Estimate::hints) has them.
-    pub hints: &'a [f32],
+    pub hints: &'a [Vec4],
 }
 
 /// Hints before a plane count, those behind do not.
@@ -100,17 +110,19 @@ impl Field<'_> {
     /// The field at `q`, weighed coefficient by coefficient: `Σ L_lm(q) w_lm`. With the lobe of a clamped cosine, irradiance.
     #[must_use]
     pub fn weigh(&self, q: Vec3, plane: &Plane, w: &[f32; 9]) -> (Vec3, f32) {
-        let coefficients = self.order.coefficients() as usize;
+        let vectors = self.order.vectors() as usize;
+        let low = Vec4::new(w[0], w[1], w[2], w[3]);
+        let high = Vec4::new(w[4], w[5], w[6], w[7]);
         let (mut result, mut height) = (Vec3::ZERO, 0.0);
         blend(self.lattice, q, |volume, weight| {
             let (mut sum, mut total, mut side) = (Vec3::ZERO, 0.0, 0.0);
             around(volume, q, |hint, position, share| {
                 let share = share * plane.share(position, volume.cell);
                 side += plane.normal.dot(position - plane.point) * share;
-                let first = hint as usize * coefficients * 3;
-                let mut value = Vec3::ZERO;
-                for (c, w) in self.hints[first..first + coefficients * 3].chunks_exact(3).zip(w) {
-                    value += Vec3::new(c[0], c[1], c[2]) * *w;
+                let c = &self.hints[hint as usize * vectors..][..vectors];
+                let mut value = Vec3::new(c[0].dot(low), c[1].dot(low), c[2].dot(low));
+                if let [_, _, _, r, g, b, last] = c {
+                    value += Vec3::new(r.dot(high), g.dot(high), b.dot(high)) + last.truncate() * w[8];
                 }
                 sum += value * share;
                 total += share;
@@ -122,18 +134,32 @@ impl Field<'_> {
     }
 }
 
-/// What is known of the surroundings of a place: albedo, least and greatest distance, interpolated.
+/// What is known of the surroundings of a place, interpolated.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Around {
+    /// Mean albedo.
+    pub albedo: Vec3,
+    /// Least distance to a lit surface, metres.
+    pub r_min: f32,
+    /// Greatest distance, metres.
+    pub r_max: f32,
+    /// The share of the hints around that see a lit surface at all, `[0, 1]`.
+    pub seeing: f32,
+}
+
+/// What is known of the surroundings of `q`.
 #[must_use]
-pub fn surroundings_at(lattice: &Lattice, surroundings: &[Surroundings], q: Vec3) -> (Vec3, f32, f32) {
-    let (mut albedo, mut r_min, mut r_max) = (Vec3::ZERO, 0.0, 0.0);
+pub fn around_at(lattice: &Lattice, surroundings: &[Surroundings], q: Vec3) -> Around {
+    let mut result = Around::default();
     blend(lattice, q, |volume, weight| {
         around(volume, q, |hint, _, share| {
             let s = &surroundings[hint as usize];
             let share = share * weight;
-            albedo += Vec3::from(s.albedo) * share;
-            r_min += s.r_min * share;
-            r_max += s.r_max * share;
+            result.albedo += Vec3::from(s.albedo) * share;
+            result.r_min += s.r_min * share;
+            result.r_max += s.r_max * share;
+            result.seeing += if s.r_max > 0.0 { share } else { 0.0 };
         });
     });
-    (albedo, r_min, r_max)
+    result
 }

@@ -5,28 +5,28 @@ mod enclosure;
 mod estimate;
 mod field;
 mod look;
+mod occlusion;
 mod reconstruct;
 mod sample;
 mod smooth;
 mod upsample;
-mod visibility;
 
 use std::time::Instant;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use indirect_accel::Accel;
 use indirect_core::{GBuffer, Image, View};
 use rsm::{Rsm, cpu::PassTime};
 
-pub use bounce::{bounce, bounce_seed, visibility as hint_visibility};
+pub use bounce::{bounce, bounce_seed, visibility};
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
-pub use field::{Field, Plane, surroundings_at};
+pub use field::{Around, Field, Plane, around_at, pack};
+pub use occlusion::{occlusion, share_of_blocked, words};
 pub use reconstruct::{irradiance, low_size, reconstruct};
 pub use sample::sample;
 pub use smooth::{Previous, smooth};
 pub use upsample::upsample;
-pub use visibility::{share_of_blocked, visibility, words};
 
 use crate::{Error, Lattice, Options, Params, Sample, Surroundings};
 
@@ -39,10 +39,10 @@ pub struct Output {
     pub rsm: Rsm,
     /// The lists of samples, one after the other.
     pub samples: Vec<Sample>,
-    /// What stands between hints and samples, see [`visibility`]; empty where nothing is tested.
+    /// What stands between hints and samples, see [`occlusion`]; empty where nothing is tested.
     pub blocked: Vec<u32>,
     /// The hints after each bounce, see [`Estimate::hints`].
-    pub bounces: Vec<Vec<f32>>,
+    pub bounces: Vec<Vec<Vec4>>,
     /// What the hints know of their surroundings; empty for one bounce.
     pub surroundings: Vec<Surroundings>,
     /// Irradiance per texel of the buffer that [`reconstruct`] fills, W/m².
@@ -87,8 +87,8 @@ pub fn indirect(
     let mut passes = Vec::new();
     let rsm = timed(&mut passes, "maps", || rsm::cpu::generate(accel, &options.rsm()))?;
     let samples = timed(&mut passes, "sample", || sample(&rsm, lattice, options, params.seed));
-    let blocked = timed(&mut passes, "visibility", || {
-        visibility(&rsm, (view, camera), lattice, &samples, options, params)
+    let blocked = timed(&mut passes, "occlusion", || {
+        occlusion(&rsm, (view, camera), lattice, &samples, options, params)
     });
     let Estimate { hints, surroundings } =
         timed(&mut passes, "estimate", || estimate(lattice, &samples, &blocked, options, params));

@@ -15,7 +15,7 @@ pub use twins::twins;
 
 use indirect_gpu::shaders::{
     RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_RECONSTRUCT, RADIANCE_HINTS_SAMPLE,
-    RADIANCE_HINTS_UPSAMPLE, RADIANCE_HINTS_VISIBILITY, RSM_SHADE,
+    RADIANCE_HINTS_UPSAMPLE, RADIANCE_HINTS_OCCLUSION, RSM_SHADE,
 };
 use indirect_gpu::wgpu::{CommandEncoder, Device};
 use indirect_gpu::{Kernel, PassTimer, SceneBuffers, workgroups_1d};
@@ -32,7 +32,7 @@ pub struct RadianceHints {
     rsm: rsm::gpu::Rsm,
     sample: Kernel,
     /// Copies depths; tests.
-    visibility: Option<[Kernel; 2]>,
+    occlusion: Option<[Kernel; 2]>,
     estimate: Kernel,
     /// One per [`Transport`](crate::Transport), in its order.
     bounce: Option<[Kernel; 3]>,
@@ -53,18 +53,18 @@ impl RadianceHints {
             Sampling::Importance => "sample_importance",
             Sampling::Disc { .. } => "sample_disc",
         };
-        let visibility = match options.visibility {
+        let occlusion = match options.visibility {
             Visibility::Off => None,
-            Visibility::RsmDepth => Some("visibility_rsm"),
-            Visibility::CameraDepth => Some("visibility_camera"),
+            Visibility::RsmDepth => Some("occlusion_rsm"),
+            Visibility::CameraDepth => Some("occlusion_camera"),
         };
         let bounces = ["bounce_directions", "bounce_sphere", "bounce_sphere_as_printed"];
         Ok(Self {
             options: *options,
             rsm: rsm::gpu::Rsm::new(device, &options.rsm())?,
             sample: kernel(&RADIANCE_HINTS_SAMPLE, sample),
-            visibility: visibility.map(|entry| {
-                ["visibility_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_VISIBILITY, entry))
+            occlusion: occlusion.map(|entry| {
+                ["occlusion_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_OCCLUSION, entry))
             }),
             estimate: kernel(&RADIANCE_HINTS_ESTIMATE, "estimate"),
             bounce: (options.bounces > 1)
@@ -95,7 +95,7 @@ impl RadianceHints {
     ) -> Result<(), Error> {
         self.encode_maps(encoder, timer, scene, resources)?;
         self.encode_sample(encoder, timer, resources)?;
-        self.encode_visibility(encoder, timer, resources)?;
+        self.encode_occlusion(encoder, timer, resources)?;
         self.encode_estimate(encoder, timer, resources)?;
         for number in 2..=self.options.bounces {
             self.encode_bounce(encoder, timer, resources, number)?;
@@ -140,23 +140,23 @@ impl RadianceHints {
         Ok(())
     }
 
-    /// `visibility`: what stands between hints and samples; nothing to do for [`Visibility::Off`].
+    /// `occlusion`: what stands between hints and samples; nothing to do for [`Visibility::Off`].
     ///
     /// # Errors
     /// See [`RadianceHints::encode`].
-    pub fn encode_visibility(
+    pub fn encode_occlusion(
         &self,
         encoder: &mut CommandEncoder,
         timer: &mut PassTimer,
         resources: &Resources,
     ) -> Result<(), Error> {
-        let (Some([depths, test]), Some(groups)) = (&self.visibility, &resources.visibility) else {
+        let (Some([depths, test]), Some(groups)) = (&self.occlusion, &resources.occlusion) else {
             return Ok(());
         };
         let copies = workgroups_1d(u64::from(groups.texels), WORKGROUP)?;
         let words = u64::from(resources.hint_count) * u64::from(self.options.words());
         let workgroups = workgroups_1d(words, WORKGROUP)?;
-        timer.compute(encoder, "visibility", |pass| {
+        timer.compute(encoder, "occlusion", |pass| {
             for group in &groups.copies {
                 depths.record(pass, &[group], copies);
             }

@@ -22,7 +22,7 @@ pub(crate) struct MapIndex {
     pub(crate) pad1: u32,
 }
 
-/// Where the depths of one view go, as `visibility.wgsl` declares it.
+/// Where the depths of one view go, as `occlusion.wgsl` declares it.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct DepthCopy {
@@ -46,7 +46,7 @@ pub(crate) struct Target {
 
 /// What the visibility test binds.
 #[derive(Debug)]
-pub(super) struct VisibilityGroups {
+pub(super) struct OcclusionGroups {
     pub(super) copies: Vec<BindGroup>,
     pub(super) test: BindGroup,
     /// Of one view.
@@ -62,7 +62,7 @@ pub struct Resources {
     pub samples: Buffer,
     /// `array<u32>`: what stands between hints and samples; one word without a test.
     pub blocked: Buffer,
-    /// `array<f32>`: the hints after the first bounce, then those of later ones by turns; as many as are held at once.
+    /// `array<vec4<f32>>`: the hints after the first bounce, then those of later ones by turns; as many as are held at once.
     pub volumes: Vec<Buffer>,
     /// `array<Surroundings>`; one element for one bounce.
     pub surroundings: Buffer,
@@ -77,7 +77,7 @@ pub struct Resources {
     pub(super) low_count: u32,
     pub(super) pixels: u32,
     pub(super) sample_groups: Vec<BindGroup>,
-    pub(super) visibility: Option<VisibilityGroups>,
+    pub(super) occlusion: Option<OcclusionGroups>,
     pub(super) estimate_group: BindGroup,
     pub(super) bounce_groups: Vec<[BindGroup; 3]>,
     pub(super) reconstruct_group: BindGroup,
@@ -138,10 +138,10 @@ impl Resources {
         let lattice_buffer = uniform_buffer(device, "radiance hints lattice", &LatticeUniform::zeroed());
         let samples = empty_storage_buffer::<Sample>(device, "radiance hints samples", u64::from(slots))?;
         let words = u64::from(hint_count) * u64::from(options.words());
-        let blocked = empty_storage_buffer::<u32>(device, "radiance hints visibility", words)?;
-        let numbers = u64::from(hint_count) * u64::from(options.order.coefficients()) * 3;
+        let blocked = empty_storage_buffer::<u32>(device, "radiance hints occlusion", words)?;
+        let vectors = u64::from(hint_count) * u64::from(options.order.vectors());
         let volumes = (0..options.bounces.min(3))
-            .map(|_| empty_storage_buffer::<f32>(device, "radiance hints", numbers))
+            .map(|_| empty_storage_buffer::<[f32; 4]>(device, "radiance hints", vectors))
             .collect::<Result<Vec<_>, _>>()?;
         let known = if options.bounces > 1 { u64::from(hint_count) } else { 1 };
         let surroundings = empty_storage_buffer::<Surroundings>(device, "radiance hints surroundings", known)?;
@@ -179,7 +179,7 @@ impl Resources {
 
         let camera_view = empty_storage_buffer::<ViewUniform>(device, "radiance hints camera", 1)?;
         let mut depths = None;
-        let visibility = match &hints.visibility {
+        let occlusion = match &hints.occlusion {
             None => None,
             Some([copy, test]) => {
                 let (count, seen) = if by_camera { (pixels, 1) } else { (texels, maps as u32) };
@@ -214,7 +214,7 @@ impl Resources {
                 ];
                 let test = test.bind(device, 0, &resources);
                 depths = Some(buffer);
-                Some(VisibilityGroups { copies, test, texels: count })
+                Some(OcclusionGroups { copies, test, texels: count })
             }
         };
 
@@ -295,7 +295,7 @@ impl Resources {
             low_count,
             pixels,
             sample_groups,
-            visibility,
+            occlusion,
             estimate_group,
             bounce_groups,
             reconstruct_group,
@@ -370,7 +370,8 @@ impl Resources {
             Sampling::Importance => (0, 0.0),
             Sampling::Disc { fraction } => (1, fraction),
         };
-        let enclosure = params.enclosure.unwrap_or_else(Enclosure::default).albedo.map(|a| a.extend(0.0).to_array());
+        let Enclosure { albedo, depth } = params.enclosure.unwrap_or_default();
+        let enclosure = core::array::from_fn(|face| albedo[face].extend(depth[face]).to_array());
         Settings {
             samples: options.samples,
             maps: self.maps,
@@ -380,7 +381,7 @@ impl Resources {
             footprint: params.footprint,
             range: params.range,
             fraction,
-            coefficients: options.order.coefficients(),
+            vectors: options.order.vectors(),
             bounce_samples: options.bounce_samples,
             sampling,
             words: options.words(),
@@ -427,14 +428,14 @@ mod tests {
     use super::*;
     use indirect_gpu::shaders::{
         RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_RECONSTRUCT, RADIANCE_HINTS_SAMPLE,
-        RADIANCE_HINTS_VISIBILITY,
+        RADIANCE_HINTS_OCCLUSION,
     };
     use testkit::{assert_layout, layout::check_constant};
 
     #[test]
     fn structs_lie_in_memory_as_in_wgsl() {
         assert_layout!(RADIANCE_HINTS_SAMPLE, "MapIndex" = MapIndex { map, slots, pad0, pad1 });
-        assert_layout!(RADIANCE_HINTS_VISIBILITY, "DepthCopy" = DepthCopy { first, count, pad0, pad1 });
+        assert_layout!(RADIANCE_HINTS_OCCLUSION, "DepthCopy" = DepthCopy { first, count, pad0, pad1 });
         assert_layout!(
             RADIANCE_HINTS_RECONSTRUCT,
             "Target" = Target { size, small, step, pad0, pad1, pad2 }
@@ -463,7 +464,7 @@ mod tests {
                 footprint,
                 range,
                 fraction,
-                coefficients,
+                vectors,
                 bounce_samples,
                 sampling,
                 words,

@@ -14,7 +14,7 @@ use crate::{Error, Sample, Scale, Surroundings, cpu};
 /// `camera_buffers` are the target that `resources` were made for. Their contents are overwritten. The maps themselves are
 /// compared by [`rsm::gpu::twins`].
 ///
-/// In the buffer of `visibility` a word may differ where a segment grazes a texel's border: count them.
+/// In the buffer of `occlusion` a word may differ where a segment grazes a texel's border: count them.
 ///
 /// # Errors
 /// [`Error::Gpu`] where a buffer cannot be read back, [`Error::MapCount`] where `resources` hold another number of maps.
@@ -61,16 +61,16 @@ pub fn twins(
     gpu.write(&resources.samples, &expected.samples);
 
     if !expected.blocked.is_empty() {
-        gpu.run(|encoder| hints.encode_visibility(encoder, timer, resources))?;
+        gpu.run(|encoder| hints.encode_occlusion(encoder, timer, resources))?;
         let found = gpu.read::<u32>(&resources.blocked)?;
-        add("visibility", "blocked".to_owned(), Data::U32(expected.blocked.clone()), Data::U32(found));
+        add("occlusion", "blocked".to_owned(), Data::U32(expected.blocked.clone()), Data::U32(found));
         gpu.write(&resources.blocked, &expected.blocked);
     }
 
-    let numbers = hints.options().order.coefficients() as usize * 3;
+    let numbers = hints.options().order.vectors() as usize * 4;
     gpu.run(|encoder| hints.encode_estimate(encoder, timer, resources))?;
     let found = gpu.read::<f32>(&resources.volumes[0])?;
-    add("estimate", "hints".to_owned(), floats(expected.bounces[0].clone(), numbers), floats(found, numbers));
+    add("estimate", "hints".to_owned(), floats(bytemuck::cast_slice(&expected.bounces[0]).to_vec(), numbers), floats(found, numbers));
     gpu.write(&resources.volumes[0], &expected.bounces[0]);
     if !expected.surroundings.is_empty() {
         let found: Vec<Surroundings> = gpu.read(&resources.surroundings)?;
@@ -85,7 +85,7 @@ pub fn twins(
         gpu.run(|encoder| hints.encode_bounce(encoder, timer, resources, number))?;
         let (buffer, cpu) = (&resources.volumes[volume_of(number)], &expected.bounces[number as usize - 1]);
         let found = gpu.read::<f32>(buffer)?;
-        add("bounce", format!("hints after bounce {number}"), floats(cpu.clone(), numbers), floats(found, numbers));
+        add("bounce", format!("hints after bounce {number}"), floats(bytemuck::cast_slice(cpu).to_vec(), numbers), floats(found, numbers));
         gpu.write(buffer, cpu);
     }
 

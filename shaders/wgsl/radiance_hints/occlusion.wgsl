@@ -1,5 +1,5 @@
-// visibility: how much stands between each hint and each of its samples, by the depth of views; eight samples to a word.
-// Twin: crates/radiance-hints/src/cpu/visibility.rs, which says what the numbers mean.
+// occlusion: how much stands between each hint and each of its samples, by the depth of views; eight samples to a word.
+// Twin: crates/radiance-hints/src/cpu/occlusion.rs, which says what the numbers mean.
 // Camera depth: Papaioannou 2011, §8.
 
 /// Where the depths of one view go.
@@ -28,7 +28,7 @@ const OUTSIDE: f32 = -1e38;
 
 /// The depths of one view, side by side with those of the others.
 @compute @workgroup_size(64)
-fn visibility_depths(
+fn occlusion_depths(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
@@ -40,30 +40,30 @@ fn visibility_depths(
 }
 
 @compute @workgroup_size(64)
-fn visibility_rsm(
+fn occlusion_rsm(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < lattice.hints * settings.words {
-        blocked[i] = visibility_word(i, false);
+        blocked[i] = occlusion_word(i, false);
     }
 }
 
 @compute @workgroup_size(64)
-fn visibility_camera(
+fn occlusion_camera(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < lattice.hints * settings.words {
-        blocked[i] = visibility_word(i, true);
+        blocked[i] = occlusion_word(i, true);
     }
 }
 
-fn visibility_word(i: u32, by_camera: bool) -> u32 {
+fn occlusion_word(i: u32, by_camera: bool) -> u32 {
     let hint = i / settings.words;
     let begin = (i % settings.words) * 8u;
     let position = lattice_position(hint);

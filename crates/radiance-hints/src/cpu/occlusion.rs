@@ -1,4 +1,4 @@
-//! `visibility`: how much stands between each hint and each of its samples, without geometry.
+//! `occlusion`: how much stands between each hint and each of its samples, without geometry.
 //!
 //! Four bits per hint and sample, eight samples to a word: 0 for nothing, 15 for everything, and `n` for `n` points of the
 //! segment that are hidden, each of which halves the light (Radiance Hints §8).
@@ -36,7 +36,7 @@ struct Depths<'a> {
 
 /// What stands between; no words for [`Visibility::Off`]. `camera` is what [`Visibility::CameraDepth`] looks at.
 #[must_use]
-pub fn visibility(
+pub fn occlusion(
     rsm: &Rsm,
     camera: (&View, &GBuffer),
     lattice: &Lattice,
