@@ -11,17 +11,7 @@
 @group(0) @binding(4) var<storage, read> surroundings: array<Surroundings>;
 @group(0) @binding(5) var<storage, read_write> next: array<vec4<f32>>;
 
-/// Albedo, and least and greatest distance.
-struct Around {
-    albedo: vec3<f32>,
-    r_min: f32,
-    r_max: f32,
-    /// The share of the hints around that see a lit surface at all.
-    seeing: f32,
-}
-
 const PLACES: u32 = 4u;
-const LEAST_REST: f32 = 1e-3;
 
 @compute @workgroup_size(64)
 fn bounce_directions(
@@ -42,25 +32,19 @@ fn bounce_directions(
         let w = sphere_uniform(sobol_2d(j, key));
         let border = exit(volume, position, w);
         let farthest = min(border.x * settings.enclosure[u32(border.y)].w, reach);
-        // From the border inwards, until the hints around see something: others are outside of the room.
+        // From the border inwards, until a hint sees something: others are outside of the room.
         var radiance = vec3(0.0);
-        var rest = 1.0;
         for (var i = 0u; i < PLACES; i++) {
             let q = position + w * (farthest * (1.0 - f32(i) / f32(PLACES)));
-            let around = around_at(q);
-            var albedo = around.albedo;
-            if settings.enclosed == 1u {
-                albedo = settings.enclosure[u32(border.y)].xyz;
-            }
-            // What blind hints have is 0: this is the share of the others.
-            radiance += radiance_from(q, w, albedo) * rest;
-            rest *= 1.0 - around.seeing;
-            if rest < LEAST_REST {
+            let other = nearest_hint(q);
+            if surroundings[other].r_max > 0.0 {
+                var albedo = settings.enclosure[u32(border.y)].xyz;
+                if settings.enclosed == 0u {
+                    albedo = albedo_of(other);
+                }
+                radiance = radiance_from(other, w, albedo);
                 break;
             }
-        }
-        if rest < 1.0 {
-            radiance *= 1.0 / (1.0 - rest);
         }
         let basis = sh_basis_l2(w);
         for (var i = 0u; i < 9u; i++) {
@@ -117,11 +101,12 @@ fn sphere(hint: u32, printed: bool) {
         if any(t < vec3(0.0)) || any(t > extent) {
             continue;
         }
-        let place = around_at(q);
-        let v = visibility(r, own.r_min + place.r_min, own.r_max + place.r_max);
-        let c = max(1.0 - place.r_min / reach, 0.0);
-        let albedo = select(place.albedo, vec3(1.0), printed);
-        let radiance = radiance_from(q, w, albedo) * (v * c);
+        let other = nearest_hint(q);
+        let r_min = surroundings[other].r_min;
+        let v = visibility(r, own.r_min + r_min, own.r_max + surroundings[other].r_max);
+        let c = max(1.0 - r_min / reach, 0.0);
+        let albedo = select(albedo_of(other), vec3(1.0), printed);
+        let radiance = radiance_from(other, w, albedo) * (v * c);
         let basis = sh_basis_l2(w);
         for (var i = 0u; i < 9u; i++) {
             sh[i] += radiance * basis[i];
@@ -142,40 +127,18 @@ fn store(hint: u32, sh: array<vec3<f32>, 9>, scale: f32) {
     }
 }
 
-/// What a surface of this albedo at q sends back along w.
-fn radiance_from(q: vec3<f32>, w: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
-    let plane = Plane(vec3(0.0), 0.0, vec3(0.0));
-    let irradiance = field_weigh(q, plane, cosine_lobe(-w)).xyz;
+/// What a surface of this albedo at the place of a hint sends back along w.
+fn radiance_from(hint: u32, w: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
+    let lobe = cosine_lobe(-w);
+    let low_band = vec4(lobe[0], lobe[1], lobe[2], lobe[3]);
+    let high_band = vec4(lobe[4], lobe[5], lobe[6], lobe[7]);
+    let irradiance = hint_weigh(hint, low_band, high_band, lobe[8]);
     return albedo * INV_PI * max(irradiance, vec3(0.0));
 }
 
-/// What is known of the surroundings of a place, interpolated.
-fn around_at(q: vec3<f32>) -> Around {
-    var result = Around(vec3(0.0), 0.0, 0.0, 0.0);
-    var rest = 1.0;
-    for (var v = 0u; v < lattice.volumes; v++) {
-        var weight = rest;
-        if v + 1u < lattice.volumes {
-            weight = rest * volume_inside(v, q);
-        }
-        if weight > 0.0 {
-            let g = volume_place(v, q);
-            let lowest = volume_lowest(v, g);
-            for (var corner = 0u; corner < 8u; corner++) {
-                let trilinear = corner_weight(g - lowest, corner);
-                if trilinear > 0.0 {
-                    let s = surroundings[volume_hint(v, volume_corner(v, lowest, corner))];
-                    let share = trilinear * weight;
-                    result.albedo += vec3(s.albedo[0], s.albedo[1], s.albedo[2]) * share;
-                    result.r_min += s.r_min * share;
-                    result.r_max += s.r_max * share;
-                    result.seeing += select(0.0, share, s.r_max > 0.0);
-                }
-            }
-        }
-        rest -= weight;
-    }
-    return result;
+fn albedo_of(hint: u32) -> vec3<f32> {
+    let albedo = surroundings[hint].albedo;
+    return vec3(albedo[0], albedo[1], albedo[2]);
 }
 
 /// Where the ray from p, inside, along w leaves the volume: distance and face, −x, +x, −y, +y, −z, +z.

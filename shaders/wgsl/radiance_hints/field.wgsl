@@ -27,33 +27,29 @@ fn volume_inside(v: u32, q: vec3<f32>) -> f32 {
     return clamp(min(min(border.x, border.y), border.z), 0.0, 1.0);
 }
 
-/// The place of a point among the hints of a volume, from the first to the last along each axis.
-fn volume_place(v: u32, q: vec3<f32>) -> vec3<f32> {
-    let volume = lattice.volume[v];
-    let last = vec3<f32>(volume.resolution) - 1.0;
-    return clamp((q - volume.origin) / volume.cell - 0.5, vec3(0.0), last);
+/// The field of one hint, weighed coefficient by coefficient.
+fn hint_weigh(hint: u32, low_band: vec4<f32>, high_band: vec4<f32>, last_band: f32) -> vec3<f32> {
+    let first = hint * settings.vectors;
+    var value = vec3(
+        dot(hints[first], low_band), dot(hints[first + 1u], low_band), dot(hints[first + 2u], low_band),
+    );
+    if settings.vectors == 7u {
+        value += vec3(
+            dot(hints[first + 3u], high_band), dot(hints[first + 4u], high_band), dot(hints[first + 5u], high_band),
+        ) + hints[first + 6u].xyz * last_band;
+    }
+    return value;
 }
 
-/// The lowest of the eight hints around.
-fn volume_lowest(v: u32, g: vec3<f32>) -> vec3<f32> {
-    let last = vec3<f32>(lattice.volume[v].resolution) - 1.0;
-    return min(floor(g), max(last - 1.0, vec3(0.0)));
-}
-
-/// One of the eight hints around: its place.
-fn volume_corner(v: u32, lowest: vec3<f32>, corner: u32) -> vec3<u32> {
-    let bit = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
-    return min(vec3<u32>(lowest) + bit, lattice.volume[v].resolution - 1u);
-}
-
-fn corner_weight(t: vec3<f32>, corner: u32) -> f32 {
-    let bit = vec3((corner & 1u) == 1u, ((corner >> 1u) & 1u) == 1u, (corner >> 2u) == 1u);
-    let part = select(1.0 - t, t, bit);
-    return part.x * part.y * part.z;
-}
-
-fn volume_hint(v: u32, place: vec3<u32>) -> u32 {
+/// The hint whose cell holds q, in the first volume that has more to say there than those after it.
+fn nearest_hint(q: vec3<f32>) -> u32 {
+    var v = 0u;
+    while v + 1u < lattice.volumes && volume_inside(v, q) < 0.5 {
+        v += 1u;
+    }
     let r = lattice.volume[v].resolution;
+    let t = floor((q - lattice.volume[v].origin) / lattice.volume[v].cell);
+    let place = vec3<u32>(clamp(t, vec3(0.0), vec3<f32>(r) - 1.0));
     return lattice.volume[v].first + (place.z * r.y + place.y) * r.x + place.x;
 }
 
@@ -88,33 +84,29 @@ fn field_weigh(q: vec3<f32>, plane: Plane, w: array<f32, 9>) -> vec4<f32> {
             weight = rest * volume_inside(v, q);
         }
         if weight > 0.0 {
-            let g = volume_place(v, q);
-            let lowest = volume_lowest(v, g);
-            let volume = lattice.volume[v];
+            let origin = lattice.volume[v].origin;
+            let cell = lattice.volume[v].cell;
+            let r = lattice.volume[v].resolution;
+            let first = lattice.volume[v].first;
+            let last = vec3<f32>(r) - 1.0;
+            let g = clamp((q - origin) / cell - 0.5, vec3(0.0), last);
+            let lowest = min(floor(g), max(last - 1.0, vec3(0.0)));
+            let t = g - lowest;
+            let low_place = vec3<u32>(lowest);
             var sum = vec3(0.0);
             var total = 0.0;
             var side = 0.0;
             for (var corner = 0u; corner < 8u; corner++) {
-                let trilinear = corner_weight(g - lowest, corner);
+                let bit = vec3(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+                let part = select(1.0 - t, t, bit == vec3(1u));
+                let trilinear = part.x * part.y * part.z;
                 if trilinear > 0.0 {
-                    let place = volume_corner(v, lowest, corner);
-                    let position = volume.origin + volume.cell * (vec3<f32>(place) + 0.5);
-                    let share = trilinear * plane_share(plane, position, volume.cell);
+                    let place = min(low_place + bit, r - 1u);
+                    let position = origin + cell * (vec3<f32>(place) + 0.5);
+                    let share = trilinear * plane_share(plane, position, cell);
                     side += dot(plane.normal, position - plane.point) * share;
-                    let first = volume_hint(v, place) * settings.vectors;
-                    var value = vec3(
-                        dot(hints[first], low_band),
-                        dot(hints[first + 1u], low_band),
-                        dot(hints[first + 2u], low_band),
-                    );
-                    if settings.vectors == 7u {
-                        value += vec3(
-                            dot(hints[first + 3u], high_band),
-                            dot(hints[first + 4u], high_band),
-                            dot(hints[first + 5u], high_band),
-                        ) + hints[first + 6u].xyz * last_band;
-                    }
-                    sum += value * share;
+                    let hint = first + (place.z * r.y + place.y) * r.x + place.x;
+                    sum += hint_weigh(hint, low_band, high_band, last_band) * share;
                     total += share;
                 }
             }

@@ -5,7 +5,8 @@
 //! (T L)_lm = 4π · Σ_j w_j ρ_j/π · E_j(−ω_j) Y_lm(ω_j) / Σ_j w_j
 //! ```
 //!
-//! `E_j(−ω_j)` is the irradiance at place `j`, `ω_j` away, on a surface that faces the hint. Each operator maps a uniform
+//! `E_j(−ω_j)` is the irradiance at place `j`, `ω_j` away, on a surface that faces the hint: that of the hint in whose cell it
+//! lies, since the sum over places interpolates by itself. Each operator maps a uniform
 //! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
 //! to 10, which also says what the printed form does).
 
@@ -20,14 +21,11 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
 
-use super::field::{Field, Plane, around_at, pack};
+use super::field::{Field, nearest_hint, pack};
 use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
 const PLACES: u32 = 4;
-
-/// Share of a direction's light that is not worth another place.
-const LEAST_REST: f32 = 1e-3;
 
 /// `A_l` of the clamped cosine.
 const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, 0.785_398_16);
@@ -101,24 +99,20 @@ impl Source<'_> {
             let (border, face) = exit(volume, position, w);
             let depth = self.params.enclosure.map_or(1.0, |e| e.depth[face]);
             let farthest = (border * depth).min(reach);
-            // From the border inwards, until the hints around see something: others are outside of the room.
-            let (mut radiance, mut rest) = (Vec3::ZERO, 1.0);
+            // From the border inwards, until a hint sees something: others are outside of the room.
+            let mut radiance = Vec3::ZERO;
             for i in 0..PLACES {
                 let q = position + w * (farthest * (1.0 - i as f32 / PLACES as f32));
-                let around = around_at(lattice, self.surroundings, q);
-                let albedo = match &self.params.enclosure {
-                    Some(enclosure) => enclosure.albedo[face],
-                    None => around.albedo,
-                };
-                // What blind hints have is 0: this is the share of the others.
-                radiance += self.radiance(q, w, albedo) * rest;
-                rest *= 1.0 - around.seeing;
-                if rest < LEAST_REST {
+                let other = nearest_hint(lattice, q);
+                let around = &self.surroundings[other as usize];
+                if around.r_max > 0.0 {
+                    let albedo = match &self.params.enclosure {
+                        Some(enclosure) => enclosure.albedo[face],
+                        None => Vec3::from(around.albedo),
+                    };
+                    radiance = self.radiance(other, w, albedo);
                     break;
                 }
-            }
-            if rest < 1.0 {
-                radiance *= 1.0 / (1.0 - rest);
             }
             for (c, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
                 *c += radiance * y;
@@ -148,11 +142,12 @@ impl Source<'_> {
             if t.cmplt(Vec3::ZERO).any() || t.cmpgt(extent).any() {
                 continue;
             }
-            let around = around_at(lattice, self.surroundings, q);
+            let other = nearest_hint(lattice, q);
+            let around = &self.surroundings[other as usize];
             let v = visibility(r, own.r_min + around.r_min, own.r_max + around.r_max);
             let c = (1.0 - around.r_min / reach).max(0.0);
-            let albedo = if printed { Vec3::ONE } else { around.albedo };
-            let radiance = self.radiance(q, w, albedo) * (v * c);
+            let albedo = if printed { Vec3::ONE } else { Vec3::from(around.albedo) };
+            let radiance = self.radiance(other, w, albedo) * (v * c);
             for (s, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
                 *s += radiance * y;
             }
@@ -165,9 +160,9 @@ impl Source<'_> {
         sh.map(|c| c * scale)
     }
 
-    /// What a surface of this albedo at `q` sends back along `w`, W/(sr·m²).
-    fn radiance(&self, q: Vec3, w: Vec3, albedo: Vec3) -> Vec3 {
-        let irradiance = self.field.weigh(q, &Plane::NONE, &cosine_lobe(-w)).0;
+    /// What a surface of this albedo at the place of a hint sends back along `w`, W/(sr·m²).
+    fn radiance(&self, hint: u32, w: Vec3, albedo: Vec3) -> Vec3 {
+        let irradiance = self.field.weigh_hint(hint, &cosine_lobe(-w));
         albedo * FRAC_1_PI * irradiance.max(Vec3::ZERO)
     }
 }

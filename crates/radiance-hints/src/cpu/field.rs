@@ -2,7 +2,7 @@
 
 use glam::{UVec3, Vec3, Vec4};
 
-use crate::{Lattice, Order, Surroundings, Volume};
+use crate::{Lattice, Order, Volume};
 
 /// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
 const LEAST_SHARE: f32 = 1e-7;
@@ -98,6 +98,19 @@ fn blend(lattice: &Lattice, q: Vec3, mut f: impl FnMut(&Volume, f32)) {
     }
 }
 
+/// The hint whose cell holds `q`, in the first volume that has more to say there than those after it; outside of all, the
+/// nearest of the last.
+#[must_use]
+pub fn nearest_hint(lattice: &Lattice, q: Vec3) -> u32 {
+    let volumes = lattice.volumes();
+    let last = volumes.len() - 1;
+    let i = volumes.iter().position(|v| inside(v, q) >= 0.5).unwrap_or(last);
+    let volume = &volumes[i];
+    let end = volume.resolution.as_vec3() - 1.0;
+    let place = ((q - volume.origin) / volume.cell).floor().clamp(Vec3::ZERO, end).as_uvec3();
+    volume.first + (place.z * volume.resolution.y + place.y) * volume.resolution.x + place.x
+}
+
 impl Field<'_> {
     /// Diagonal of a cell at `q`, metres, blended as the field is.
     #[must_use]
@@ -107,24 +120,30 @@ impl Field<'_> {
         diagonal
     }
 
+    /// The field of one hint, weighed coefficient by coefficient: `Σ L_lm w_lm`.
+    #[must_use]
+    pub fn weigh_hint(&self, hint: u32, w: &[f32; 9]) -> Vec3 {
+        let vectors = self.order.vectors() as usize;
+        let c = &self.hints[hint as usize * vectors..][..vectors];
+        let low = Vec4::new(w[0], w[1], w[2], w[3]);
+        let mut value = Vec3::new(c[0].dot(low), c[1].dot(low), c[2].dot(low));
+        if let [_, _, _, r, g, b, last] = c {
+            let high = Vec4::new(w[4], w[5], w[6], w[7]);
+            value += Vec3::new(r.dot(high), g.dot(high), b.dot(high)) + last.truncate() * w[8];
+        }
+        value
+    }
+
     /// The field at `q`, weighed coefficient by coefficient: `Σ L_lm(q) w_lm`. With the lobe of a clamped cosine, irradiance.
     #[must_use]
     pub fn weigh(&self, q: Vec3, plane: &Plane, w: &[f32; 9]) -> (Vec3, f32) {
-        let vectors = self.order.vectors() as usize;
-        let low = Vec4::new(w[0], w[1], w[2], w[3]);
-        let high = Vec4::new(w[4], w[5], w[6], w[7]);
         let (mut result, mut height) = (Vec3::ZERO, 0.0);
         blend(self.lattice, q, |volume, weight| {
             let (mut sum, mut total, mut side) = (Vec3::ZERO, 0.0, 0.0);
             around(volume, q, |hint, position, share| {
                 let share = share * plane.share(position, volume.cell);
                 side += plane.normal.dot(position - plane.point) * share;
-                let c = &self.hints[hint as usize * vectors..][..vectors];
-                let mut value = Vec3::new(c[0].dot(low), c[1].dot(low), c[2].dot(low));
-                if let [_, _, _, r, g, b, last] = c {
-                    value += Vec3::new(r.dot(high), g.dot(high), b.dot(high)) + last.truncate() * w[8];
-                }
-                sum += value * share;
+                sum += self.weigh_hint(hint, w) * share;
                 total += share;
             });
             result += sum * (weight / total);
@@ -132,34 +151,4 @@ impl Field<'_> {
         });
         (result, height)
     }
-}
-
-/// What is known of the surroundings of a place, interpolated.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Around {
-    /// Mean albedo.
-    pub albedo: Vec3,
-    /// Least distance to a lit surface, metres.
-    pub r_min: f32,
-    /// Greatest distance, metres.
-    pub r_max: f32,
-    /// The share of the hints around that see a lit surface at all, `[0, 1]`.
-    pub seeing: f32,
-}
-
-/// What is known of the surroundings of `q`.
-#[must_use]
-pub fn around_at(lattice: &Lattice, surroundings: &[Surroundings], q: Vec3) -> Around {
-    let mut result = Around::default();
-    blend(lattice, q, |volume, weight| {
-        around(volume, q, |hint, _, share| {
-            let s = &surroundings[hint as usize];
-            let share = share * weight;
-            result.albedo += Vec3::from(s.albedo) * share;
-            result.r_min += s.r_min * share;
-            result.r_max += s.r_max * share;
-            result.seeing += if s.r_max > 0.0 { share } else { 0.0 };
-        });
-    });
-    result
 }

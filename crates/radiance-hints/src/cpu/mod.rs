@@ -21,7 +21,7 @@ use rsm::{Rsm, cpu::PassTime};
 pub use bounce::{bounce, bounce_seed, visibility};
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
-pub use field::{Around, Field, Plane, around_at, pack};
+pub use field::{Field, Plane, nearest_hint, pack};
 pub use occlusion::{occlusion, share_of_blocked, words};
 pub use reconstruct::{irradiance, low_size, reconstruct};
 pub use sample::sample;
