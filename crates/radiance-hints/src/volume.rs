@@ -47,7 +47,8 @@ impl Lattice {
             return Err(bad("hints", hints.to_string(), "in 1..=4194304"));
         }
         let extent = bounds.extent();
-        let cells = |edge: f32| extent.to_array().map(|e| ((e / edge).round().max(1.0)).min(hints as f32) as u32);
+        let cells =
+            |edge: f32| extent.to_array().map(|e| ((e / edge).round().max(1.0)).min(hints as f32) as u32);
         let count = |r: [u32; 3]| r.iter().fold(1_u64, |n, r| n * u64::from(*r));
         // Bisection over the edge of a cell; one of the largest extent always fits.
         let (mut fine, mut coarse) = (extent.max_element() / hints as f32, extent.max_element());
@@ -124,7 +125,11 @@ fn bad(option: &'static str, value: String, requirement: &'static str) -> Error 
 
 fn check_bounds(bounds: &Aabb) -> Result<(), Error> {
     let extent = bounds.extent();
-    if bounds.min.is_finite() && extent.is_finite() && extent.min_element() >= 0.0 && extent.max_element() > 0.0 {
+    if bounds.min.is_finite()
+        && extent.is_finite()
+        && extent.min_element() >= 0.0
+        && extent.max_element() > 0.0
+    {
         return Ok(());
     }
     Err(bad("bounds", format!("{} to {}", bounds.min, bounds.max), "finite and not a point"))

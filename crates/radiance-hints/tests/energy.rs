@@ -74,7 +74,9 @@ fn a_near_patch_is_a_disc() {
 /// stand for.
 fn check_mean(sampling: Sampling) {
     let mut scene = floor_and_wall(spot(Vec3::new(0.2, 3.0, 0.3), Vec3::NEG_Y, 20.0, 35.0), 1.0);
-    scene.lights.push(light(spot(Vec3::new(-1.0, 2.0, 1.0), Vec3::new(0.3, -1.0, -0.8), 10.0, 30.0), Vec3::X));
+    scene
+        .lights
+        .push(light(spot(Vec3::new(-1.0, 2.0, 1.0), Vec3::new(0.3, -1.0, -0.8), 10.0, 30.0), Vec3::X));
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let options = Options { resolution: 64, samples: 24, sampling, ..Options::default() };
     let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
@@ -158,7 +160,8 @@ fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     const ALBEDO: f32 = 0.5;
     let lattice = Lattice::new(&Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 2.0, 4.0) }, [4, 3, 5]).unwrap();
     let options = Options { bounces, bounce_samples: 256, ..Options::default() };
-    let enclosure = enclosed.then_some(Enclosure { albedo: [Vec3::splat(ALBEDO); 6], ..Enclosure::default() });
+    let enclosure =
+        enclosed.then_some(Enclosure { albedo: [Vec3::splat(ALBEDO); 6], ..Enclosure::default() });
     // A third of the diagonal: most places of a sphere lie inside of the box.
     let range = if transport == Transport::Directions { 1.0 } else { 0.33 };
     let params = Params { transport, enclosure, range, ..Params::default() };
@@ -247,7 +250,13 @@ fn bounces_of_a_sphere_add_up() {
             // The first bounce is the method's own. Later ones come from the border of a box, whose corners, 1.73 R away, see
             // a smaller sphere than its wall does: in them the box, not the field, is what is measured. Knowing the mean
             // way to the wall helps; the mean over a face still reaches out of the sphere in the corners.
-            let tolerance = if number == 1 { 0.02 } else if enclosure.is_some() { 0.15 } else { 0.25 };
+            let tolerance = if number == 1 {
+                0.02
+            } else if enclosure.is_some() {
+                0.15
+            } else {
+                0.25
+            };
             assert!((mean / exact - 1.0).abs() < tolerance, "{number}: {mean} {exact}");
         }
     }
@@ -267,7 +276,19 @@ fn albedo_follows_from_the_fluxes() {
         assert!((Vec3::from(s.albedo) - Vec3::new(0.8, 0.5, 0.2)).abs().max_element() < 1e-5, "{s:?}");
         assert!(s.r_min > 0.0 && s.r_max > s.r_min);
     }
-    assert!(cpu::indirect(&accel, &view, &camera, &lattice(&scene, 4), &Options { bounces: 1, ..options }, &Params::default()).unwrap().surroundings.is_empty());
+    assert!(
+        cpu::indirect(
+            &accel,
+            &view,
+            &camera,
+            &lattice(&scene, 4),
+            &Options { bounces: 1, ..options },
+            &Params::default()
+        )
+        .unwrap()
+        .surroundings
+        .is_empty()
+    );
 }
 
 /// Eq. 11 where both distances are the same: a hint that saw one sample, or none.

@@ -4,7 +4,9 @@
 
 mod common;
 
-use common::{camera_view, floor_and_wall, lattice, light, lights, push_square, room, scaled, spot, two_volumes};
+use common::{
+    camera_view, floor_and_wall, lattice, light, lights, push_square, room, scaled, spot, two_volumes,
+};
 use glam::{Mat3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, LightKind, Material, Scene};
@@ -171,7 +173,8 @@ fn hints_behind_the_receiver_do_not_count() {
 /// Two rooms without a door: what arrives behind the wall, as a share of what arrives before it.
 #[test]
 fn light_does_not_leak_through_a_lit_wall() {
-    let mut scene = Scene { materials: vec![Material::diffuse("white", Vec3::splat(0.7))], ..Scene::default() };
+    let mut scene =
+        Scene { materials: vec![Material::diffuse("white", Vec3::splat(0.7))], ..Scene::default() };
     let mut quad = |c: [[f32; 3]; 4]| scene.mesh.push_polygon(&c.map(Vec3::from), 0);
     let (w, h, d, t) = (3.0, 2.5, 1.5, 0.02);
     quad([[-w, 0.0, d], [w, 0.0, d], [w, 0.0, -d], [-w, 0.0, -d]]);
@@ -199,7 +202,8 @@ fn light_does_not_leak_through_a_lit_wall() {
         let params = Params { reconstruction, jitter, ..Params::default() };
         let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
         let samples = cpu::sample(&rsm, &lattice, &options, 0);
-        let blocked = cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
+        let blocked =
+            cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
         let hints = cpu::estimate(&lattice, &samples, &blocked, &options, &params).hints;
         let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
         // Floor, ceiling, end wall and the wall's own two sides.
@@ -224,9 +228,14 @@ fn light_does_not_leak_through_a_lit_wall() {
     let off = leak(Visibility::Off, Reconstruction::NearSurface, 0.5);
     let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.5);
     let still = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0);
-    println!("leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}, from the hints' centres {still:.4}");
+    println!(
+        "leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}, from the hints' centres {still:.4}"
+    );
     // The hints in the middle of the wall look from both sides of it where they are jittered.
-    assert!(ours < 0.015 && still < 0.01 && still < ours && ours < 0.3 * off, "{printed} {off} {ours} {still}");
+    assert!(
+        ours < 0.015 && still < 0.01 && still < ours && ours < 0.3 * off,
+        "{printed} {off} {ours} {still}"
+    );
 }
 
 #[test]
@@ -269,7 +278,11 @@ fn a_budget_chooses_the_resolution() {
     ] {
         let lattice = Lattice::fit(&Aabb { min: Vec3::ONE, max: Vec3::ONE + extent }, hints).unwrap();
         // A flat box gets a second layer.
-        assert!(lattice.hints() <= 2 * hints && 3 * lattice.hints() >= hints, "{extent}: {}", lattice.hints());
+        assert!(
+            lattice.hints() <= 2 * hints && 3 * lattice.hints() >= hints,
+            "{extent}: {}",
+            lattice.hints()
+        );
         let volume = lattice.volumes()[0];
         // Edges of an axis that is divided; one that is not may be short.
         let edges = (0..3).filter(|a| volume.resolution[*a] > 1).map(|a| volume.cell[a]);

@@ -94,7 +94,12 @@ fn check(twin: &Twin) -> Result<(), String> {
     }
 }
 
-fn floats<const N: usize>(name: &str, a: &[f32], b: &[f32], tolerance: Tolerance) -> Result<(), CompareError> {
+fn floats<const N: usize>(
+    name: &str,
+    a: &[f32],
+    b: &[f32],
+    tolerance: Tolerance,
+) -> Result<(), CompareError> {
     let (a, b): (&[[f32; N]], &[[f32; N]]) = (chunks_of(a), chunks_of(b));
     compare(name, CpuOutput(a), GpuOutput(b), tolerance, None).map(|c| println!("{c}"))
 }
@@ -131,7 +136,13 @@ fn every_pass_agrees_for_every_light_and_option() {
         ),
         (
             Options { bounces: 3, order: Order::Two, ..options() },
-            Params { transport: Transport::SphereAsPrinted, range: 0.4, jitter: 1.0, footprint: 0.0, ..params },
+            Params {
+                transport: Transport::SphereAsPrinted,
+                range: 0.4,
+                jitter: 1.0,
+                footprint: 0.0,
+                ..params
+            },
         ),
     ];
     for (i, (options, params)) in cases.iter().enumerate() {
@@ -156,8 +167,7 @@ fn every_pass_agrees_for_every_light_and_option() {
 fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };
     let scene = floor_and_wall(lights()[0], 1.0);
-    let options =
-        Options { bounces: 2, scale: Scale::Half, visibility: Visibility::RsmDepth, ..options() };
+    let options = Options { bounces: 2, scale: Scale::Half, visibility: Visibility::RsmDepth, ..options() };
     let mut frame = frame(context, &scene, 1.0, &lattice(&scene, 5), &options, &Params::default());
     assert_twins(&frame);
     for twin in &mut frame.twins {
@@ -253,7 +263,11 @@ fn smoothing_agrees_and_forgets_what_is_not_finite() {
     let pad = |v: &[Vec3], w: &dyn Fn(usize) -> f32| -> Vec<Vec3Pad> {
         v.iter().enumerate().map(|(i, v)| Vec3Pad::new(*v, w(i))).collect()
     };
-    queue.write_buffer(&target.position, 0, bytemuck::cast_slice(&pad(&camera.position, &|i| camera.depth[i])));
+    queue.write_buffer(
+        &target.position,
+        0,
+        bytemuck::cast_slice(&pad(&camera.position, &|i| camera.depth[i])),
+    );
     queue.write_buffer(&target.normal, 0, bytemuck::cast_slice(&pad(&camera.normal, &|_| 0.0)));
     let buffer = indirect_gpu::storage_buffer(device, "current", &pad(&current, &|_| 0.0)).unwrap();
     let smooth = Smooth::new(device);
@@ -268,7 +282,8 @@ fn smoothing_agrees_and_forgets_what_is_not_finite() {
     let found: Vec<Vec3Pad> = context.read(resources.smoothed()).unwrap();
     let found: Vec<Vec3> = found.iter().map(|v| v.vec3()).collect();
     // At the border of a pixel's reach the past is taken or left: by the last bit, there and nowhere else.
-    let clear: Vec<bool> = found.iter().zip(&expected).map(|(a, b)| (*a - *b).abs().max_element() < 1e-3).collect();
+    let clear: Vec<bool> =
+        found.iter().zip(&expected).map(|(a, b)| (*a - *b).abs().max_element() < 1e-3).collect();
     let unclear = clear.iter().filter(|c| !**c).count();
     assert!(unclear <= 3, "{unclear}");
     compare("smooth", CpuOutput(&expected), GpuOutput(&found), Tolerance::TWINS, Some(&clear)).unwrap();

@@ -169,8 +169,9 @@ impl Setup {
         let bounds = stage.scene.bounds().filter(|b| b.diagonal() > 0.0).unwrap_or(unit);
         let lattice = Lattice::fit(&bounds, values.int("lattice").pow(3)).map_err(failed)?;
         let measured = values.int("bounces") > 1 && values.word("enclosure") == "measured";
-        let maps = rsm::cpu::generate(&stage.accel, &rsm::Options { resolution: 64, ..rsm::Options::default() })
-            .map_err(|e| failure(stage, &e))?;
+        let maps =
+            rsm::cpu::generate(&stage.accel, &rsm::Options { resolution: 64, ..rsm::Options::default() })
+                .map_err(|e| failure(stage, &e))?;
         let params = Params {
             seed,
             jitter: values.number("jitter"),
@@ -227,8 +228,14 @@ impl Technique for RadianceHints {
             ];
         }
         let half = ["resolution=256", "scale=half"];
-        let printed =
-            ["resolution=256", "bounces=1", "visibility=off", "reconstruct=as-printed", "footprint=0", "jitter=1"];
+        let printed = [
+            "resolution=256",
+            "bounces=1",
+            "visibility=off",
+            "reconstruct=as-printed",
+            "footprint=0",
+            "jitter=1",
+        ];
         vec![
             curve(&base, "lattice", &[8, 12, 16, 24, 32]),
             curve(&base, "samples", &[12, 30, 60, 200]),
@@ -244,10 +251,16 @@ impl Technique for RadianceHints {
     fn notes(&self, profile: &SceneProfile) -> Notes {
         let mut notes = shared::light_notes(profile);
         if profile.punctual_lights() > 0 {
-            notes.modelled.push("second and later bounces, from hint to hint, with the mean albedo around the box".into());
-            notes.modelled.push("visibility of the first bounce where a light's map sees what is in the way".into());
+            notes.modelled.push(
+                "second and later bounces, from hint to hint, with the mean albedo around the box".into(),
+            );
+            notes
+                .modelled
+                .push("visibility of the first bounce where a light's map sees what is in the way".into());
             notes.skipped.push("what blocks the first bounce and no light sees".into());
-            notes.skipped.push("where the surfaces of later bounces are: they count as the box's walls".into());
+            notes
+                .skipped
+                .push("where the surfaces of later bounces are: they count as the box's walls".into());
         }
         notes
     }

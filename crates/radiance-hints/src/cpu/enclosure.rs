@@ -50,7 +50,8 @@ pub fn enclosure(accel: &Accel<'_>, bounds: &Aabb, rsm: &Rsm) -> Enclosure {
             *hits += 1.0;
         }
     }
-    let all = sums.iter().fold((Vec3::ZERO, 0.0, 0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1, a.2 + s.2, a.3 + s.3));
+    let all =
+        sums.iter().fold((Vec3::ZERO, 0.0, 0.0, 0.0), |a, s| (a.0 + s.0, a.1 + s.1, a.2 + s.2, a.3 + s.3));
     let faces = sums.map(|s| {
         let (albedo, depth, hits, rays) = if s.3 >= LEAST_RAYS { s } else { all };
         (albedo / rays, if hits > 0.0 { depth / hits } else { 1.0 })

@@ -49,8 +49,7 @@ pub fn estimate(
         .collect();
     let vectors = options.order.vectors() as usize;
     let hints = found.iter().flat_map(|(sh, _)| pack(sh).into_iter().take(vectors)).collect();
-    let surroundings =
-        if options.bounces > 1 { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
+    let surroundings = if options.bounces > 1 { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
     Estimate { hints, surroundings }
 }
 
@@ -107,8 +106,7 @@ fn estimate_hint(
             0.0
         }
     };
-    let albedo =
-        core::array::from_fn(|c| share(seen[c], seen_incident[c], all[c], all_incident[c]));
+    let albedo = core::array::from_fn(|c| share(seen[c], seen_incident[c], all[c], all_incident[c]));
     let r_min = if r_max > 0.0 { r_min } else { 0.0 };
     (sh, Surroundings { albedo, r_min, r_max })
 }

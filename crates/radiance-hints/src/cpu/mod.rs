@@ -102,8 +102,7 @@ pub fn indirect(
     });
     let field = Field { lattice, order: options.order, hints: &bounces[bounces.len() - 1] };
     let low = timed(&mut passes, "reconstruct", || reconstruct(&field, camera, options.scale, params));
-    let irradiance =
-        timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
+    let irradiance = timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
     let image = timed(&mut passes, "shade", || shade(camera, &irradiance));
     Ok(Output { image, rsm, samples, blocked, bounces, surroundings, low, irradiance, passes })
 }

@@ -46,7 +46,9 @@ pub fn occlusion(
 ) -> Vec<u32> {
     let maps: Vec<_> = match options.visibility {
         Visibility::Off => return Vec::new(),
-        Visibility::RsmDepth => rsm.maps.iter().map(|m| Depths { view: &m.view, surface: &m.surface }).collect(),
+        Visibility::RsmDepth => {
+            rsm.maps.iter().map(|m| Depths { view: &m.view, surface: &m.surface }).collect()
+        }
         Visibility::CameraDepth => vec![Depths { view: camera.0, surface: camera.1 }],
     };
     let per_hint = words(options.samples);

@@ -91,8 +91,7 @@ pub fn reconstruct(field: &Field<'_>, camera: &GBuffer, scale: Scale, params: &P
     (0..size[0] * size[1])
         .into_par_iter()
         .map(|i| {
-            let pixel =
-                pixel_of(i / size[0], step, height) * width + pixel_of(i % size[0], step, width);
+            let pixel = pixel_of(i / size[0], step, height) * width + pixel_of(i % size[0], step, width);
             let pixel = pixel as usize;
             if !camera.is_surface(pixel) {
                 return Vec3::ZERO;

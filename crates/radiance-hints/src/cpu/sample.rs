@@ -29,7 +29,9 @@ pub fn sample(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Vec
         }
         Sampling::Disc { fraction } => (0..slots)
             .into_par_iter()
-            .map(|slot| disc(rsm, lattice.position(slot / options.samples), slot, fraction, options.samples, seed))
+            .map(|slot| {
+                disc(rsm, lattice.position(slot / options.samples), slot, fraction, options.samples, seed)
+            })
             .collect(),
     }
 }

@@ -19,7 +19,13 @@ const LEAST_WEIGHT: f32 = 0.05;
 /// has its normal. A pixel that no texel speaks for, at an edge or on a thin thing, reads the field itself. Nothing depends
 /// on the scene's scale: distances are compared with each other.
 #[must_use]
-pub fn upsample(field: &Field<'_>, camera: &GBuffer, low: &[Vec3], scale: Scale, params: &Params) -> Vec<Vec3> {
+pub fn upsample(
+    field: &Field<'_>,
+    camera: &GBuffer,
+    low: &[Vec3],
+    scale: Scale,
+    params: &Params,
+) -> Vec<Vec3> {
     if scale == Scale::Full {
         return low.to_vec();
     }

@@ -14,8 +14,8 @@ pub use smooth::{Smooth, SmoothResources};
 pub use twins::twins;
 
 use indirect_gpu::shaders::{
-    RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_RECONSTRUCT, RADIANCE_HINTS_SAMPLE,
-    RADIANCE_HINTS_UPSAMPLE, RADIANCE_HINTS_OCCLUSION, RSM_SHADE,
+    RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_OCCLUSION, RADIANCE_HINTS_RECONSTRUCT,
+    RADIANCE_HINTS_SAMPLE, RADIANCE_HINTS_UPSAMPLE, RSM_SHADE,
 };
 use indirect_gpu::wgpu::{CommandEncoder, Device};
 use indirect_gpu::{Kernel, PassTimer, SceneBuffers, workgroups_1d};
@@ -67,8 +67,7 @@ impl RadianceHints {
                 ["occlusion_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_OCCLUSION, entry))
             }),
             estimate: kernel(&RADIANCE_HINTS_ESTIMATE, "estimate"),
-            bounce: (options.bounces > 1)
-                .then(|| bounces.map(|entry| kernel(&RADIANCE_HINTS_BOUNCE, entry))),
+            bounce: (options.bounces > 1).then(|| bounces.map(|entry| kernel(&RADIANCE_HINTS_BOUNCE, entry))),
             reconstruct: kernel(&RADIANCE_HINTS_RECONSTRUCT, "reconstruct"),
             upsample: (options.scale != Scale::Full).then(|| kernel(&RADIANCE_HINTS_UPSAMPLE, "upsample")),
             shade: kernel(&RSM_SHADE, "shade"),

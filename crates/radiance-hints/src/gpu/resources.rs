@@ -7,8 +7,8 @@ use rsm::views::MapView;
 
 use super::RadianceHints;
 use crate::{
-    Enclosure, Error, Lattice, Options, Params, Reconstruction, Sample, Sampling, Scale, Surroundings, Transport,
-    Visibility, Volume,
+    Enclosure, Error, Lattice, Options, Params, Reconstruction, Sample, Sampling, Scale, Surroundings,
+    Transport, Visibility, Volume,
     layout::{LatticeUniform, Settings, VOLUMES},
 };
 
@@ -144,7 +144,8 @@ impl Resources {
             .map(|_| empty_storage_buffer::<[f32; 4]>(device, "radiance hints", vectors))
             .collect::<Result<Vec<_>, _>>()?;
         let known = if options.bounces > 1 { u64::from(hint_count) } else { 1 };
-        let surroundings = empty_storage_buffer::<Surroundings>(device, "radiance hints surroundings", known)?;
+        let surroundings =
+            empty_storage_buffer::<Surroundings>(device, "radiance hints surroundings", known)?;
         let low = empty_storage_buffer::<Vec3Pad>(device, "radiance hints irradiance", u64::from(low_count))?;
         let irradiance = if options.scale == Scale::Full {
             low.clone()
@@ -171,7 +172,8 @@ impl Resources {
                 if options.sampling == Sampling::Importance {
                     resources.extend([(7, m.nodes.as_entire_binding()), (8, rsm.tops.as_entire_binding())]);
                 } else {
-                    resources.extend([(1, lattice_buffer.as_entire_binding()), (9, views.as_entire_binding())]);
+                    resources
+                        .extend([(1, lattice_buffer.as_entire_binding()), (9, views.as_entire_binding())]);
                 }
                 hints.sample.bind(device, 0, &resources)
             })
@@ -337,7 +339,12 @@ impl Resources {
             let (available, needed) = (self.hint_count as usize, lattice.hints() as usize);
             return Err(Error::HintCount { available, needed });
         }
-        self.rsm.prepare(queue, lights, views, &rsm::Params { seed: params.seed, ..rsm::Params::default() })?;
+        self.rsm.prepare(
+            queue,
+            lights,
+            views,
+            &rsm::Params { seed: params.seed, ..rsm::Params::default() },
+        )?;
         let mut volume = [Volume::zeroed(); VOLUMES];
         volume[..lattice.volumes().len()].copy_from_slice(lattice.volumes());
         let uniform = LatticeUniform {
@@ -427,8 +434,8 @@ pub(super) const fn volume_of(number: u32) -> usize {
 mod tests {
     use super::*;
     use indirect_gpu::shaders::{
-        RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_RECONSTRUCT, RADIANCE_HINTS_SAMPLE,
-        RADIANCE_HINTS_OCCLUSION,
+        RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_OCCLUSION, RADIANCE_HINTS_RECONSTRUCT,
+        RADIANCE_HINTS_SAMPLE,
     };
     use testkit::{assert_layout, layout::check_constant};
 
@@ -436,10 +443,7 @@ mod tests {
     fn structs_lie_in_memory_as_in_wgsl() {
         assert_layout!(RADIANCE_HINTS_SAMPLE, "MapIndex" = MapIndex { map, slots, pad0, pad1 });
         assert_layout!(RADIANCE_HINTS_OCCLUSION, "DepthCopy" = DepthCopy { first, count, pad0, pad1 });
-        assert_layout!(
-            RADIANCE_HINTS_RECONSTRUCT,
-            "Target" = Target { size, small, step, pad0, pad1, pad2 }
-        );
+        assert_layout!(RADIANCE_HINTS_RECONSTRUCT, "Target" = Target { size, small, step, pad0, pad1, pad2 });
         assert_layout!(
             RADIANCE_HINTS_SAMPLE,
             "Sample" = Sample { position, area, normal, map, flux, pad0, incident, pad1 }

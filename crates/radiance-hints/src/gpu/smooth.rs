@@ -3,7 +3,9 @@ use indirect_core::View;
 use indirect_gpu::layout::ViewUniform;
 use indirect_gpu::shaders::RADIANCE_HINTS_SMOOTH;
 use indirect_gpu::wgpu::{BindGroup, Buffer, CommandEncoder, Device, Queue};
-use indirect_gpu::{GBufferTarget, Kernel, PassTimer, Vec3Pad, empty_storage_buffer, uniform_buffer, workgroups_1d};
+use indirect_gpu::{
+    GBufferTarget, Kernel, PassTimer, Vec3Pad, empty_storage_buffer, uniform_buffer, workgroups_1d,
+};
 
 use super::WORKGROUP;
 use crate::Error;

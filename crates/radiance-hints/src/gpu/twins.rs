@@ -70,7 +70,12 @@ pub fn twins(
     let numbers = hints.options().order.vectors() as usize * 4;
     gpu.run(|encoder| hints.encode_estimate(encoder, timer, resources))?;
     let found = gpu.read::<f32>(&resources.volumes[0])?;
-    add("estimate", "hints".to_owned(), floats(bytemuck::cast_slice(&expected.bounces[0]).to_vec(), numbers), floats(found, numbers));
+    add(
+        "estimate",
+        "hints".to_owned(),
+        floats(bytemuck::cast_slice(&expected.bounces[0]).to_vec(), numbers),
+        floats(found, numbers),
+    );
     gpu.write(&resources.volumes[0], &expected.bounces[0]);
     if !expected.surroundings.is_empty() {
         let found: Vec<Surroundings> = gpu.read(&resources.surroundings)?;
@@ -85,21 +90,36 @@ pub fn twins(
         gpu.run(|encoder| hints.encode_bounce(encoder, timer, resources, number))?;
         let (buffer, cpu) = (&resources.volumes[volume_of(number)], &expected.bounces[number as usize - 1]);
         let found = gpu.read::<f32>(buffer)?;
-        add("bounce", format!("hints after bounce {number}"), floats(bytemuck::cast_slice(cpu).to_vec(), numbers), floats(found, numbers));
+        add(
+            "bounce",
+            format!("hints after bounce {number}"),
+            floats(bytemuck::cast_slice(cpu).to_vec(), numbers),
+            floats(found, numbers),
+        );
         gpu.write(buffer, cpu);
     }
 
     gpu.run(|encoder| hints.encode_reconstruct(encoder, timer, resources))?;
     let low = padded(&expected.low);
     let found = gpu.read::<f32>(&resources.low)?;
-    add("reconstruct", "irradiance".to_owned(), floats(bytemuck::cast_slice(&low).to_vec(), 4), floats(found, 4));
+    add(
+        "reconstruct",
+        "irradiance".to_owned(),
+        floats(bytemuck::cast_slice(&low).to_vec(), 4),
+        floats(found, 4),
+    );
     gpu.write(&resources.low, &low);
 
     if hints.options().scale != Scale::Full {
         gpu.run(|encoder| hints.encode_upsample(encoder, timer, resources))?;
         let full = padded(&expected.irradiance);
         let found = gpu.read::<f32>(&resources.irradiance)?;
-        add("upsample", "irradiance".to_owned(), floats(bytemuck::cast_slice(&full).to_vec(), 4), floats(found, 4));
+        add(
+            "upsample",
+            "irradiance".to_owned(),
+            floats(bytemuck::cast_slice(&full).to_vec(), 4),
+            floats(found, 4),
+        );
         gpu.write(&resources.irradiance, &full);
     }
 
