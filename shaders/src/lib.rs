@@ -147,6 +147,41 @@ modules! {
     IMAGE_SPACE_RADIOSITY_UPSAMPLE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/upsample.wgsl",
     ] => ["pull", "push"];
+    /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample`.
+    RADIANCE_HINTS_SAMPLE = [
+        "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",
+        "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl",
+        "radiance_hints/sample.wgsl",
+    ] => ["sample_importance", "sample_disc"];
+    /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
+    RADIANCE_HINTS_OCCLUSION = [
+        "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
+        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/occlusion.wgsl",
+    ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
+    /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
+    RADIANCE_HINTS_ESTIMATE = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/look.wgsl",
+        "radiance_hints/estimate.wgsl",
+    ] => ["estimate"];
+    /// Light from hint to hint; twin of `radiance_hints::cpu::bounce`.
+    RADIANCE_HINTS_BOUNCE = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl", "sh/sh.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/bounce.wgsl",
+    ] => ["bounce_directions", "bounce_sphere", "bounce_sphere_as_printed"];
+    /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
+    RADIANCE_HINTS_RECONSTRUCT = [
+        "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
+        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/reconstruct.wgsl",
+    ] => ["reconstruct"];
+    /// Irradiance of every pixel from that of some; twin of `radiance_hints::cpu::upsample`.
+    RADIANCE_HINTS_UPSAMPLE = [
+        "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
+        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/upsample.wgsl",
+    ] => ["upsample"];
+    /// Irradiance blended with that of the frames before; twin of `radiance_hints::cpu::smooth`.
+    RADIANCE_HINTS_SMOOTH = [
+        "core/grid.wgsl", "core/view.wgsl", "radiance_hints/project.wgsl", "radiance_hints/smooth.wgsl",
+    ] => ["smooth_pixels"];
     /// Texels to rays and points to clip space; twin of `indirect_core::View`.
     VIEW = ["core/view.wgsl"] => [];
     /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.

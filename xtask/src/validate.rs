@@ -231,6 +231,8 @@ fn floats(
         3 => of::<3>(name, cpu, gpu, mask),
         4 => of::<4>(name, cpu, gpu, mask),
         6 => of::<6>(name, cpu, gpu, mask),
+        12 => of::<12>(name, cpu, gpu, mask),
+        28 => of::<28>(name, cpu, gpu, mask),
         _ => of::<1>(name, cpu, gpu, mask),
     }
 }

@@ -2,6 +2,7 @@
 
 mod image_space_radiosity;
 mod params;
+mod radiance_hints;
 mod reference;
 mod rsm_gather;
 mod shared;
@@ -170,7 +171,11 @@ pub(crate) struct Notes {
 
 /// All real-time techniques.
 pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
-    vec![Box::new(rsm_gather::RsmGather), Box::new(image_space_radiosity::ImageSpaceRadiosity)]
+    vec![
+        Box::new(rsm_gather::RsmGather),
+        Box::new(radiance_hints::RadianceHints),
+        Box::new(image_space_radiosity::ImageSpaceRadiosity),
+    ]
 }
 
 /// Name of the path tracer, which is not a real-time technique but answers to the same command.

@@ -1,0 +1,207 @@
+//! `bounce`: what hints receive from each other, for the second and every later bounce.
+//!
+//! ```text
+//! L⁽ᵏ⁾ = L⁽¹⁾ + T L⁽ᵏ⁻¹⁾
+//! (T L)_lm = 4π · Σ_j w_j ρ_j/π · E_j(−ω_j) Y_lm(ω_j) / Σ_j w_j
+//! ```
+//!
+//! `E_j(−ω_j)` is the irradiance at place `j`, `ω_j` away, on a surface that faces the hint: that of the hint in whose cell it
+//! lies, since the sum over places interpolates by itself. Each operator maps a uniform
+//! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
+//! to 10, which also says what the printed form does).
+
+use core::f32::consts::{FRAC_1_PI, PI};
+
+use glam::{Vec3, Vec4};
+use indirect_sampling::{
+    mapping,
+    rng::{hash_combine, unit_f32},
+    sobol,
+};
+use rayon::prelude::*;
+use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
+
+use super::field::{Field, nearest_hint, pack};
+use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
+
+/// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
+const PLACES: u32 = 4;
+
+/// `A_l` of the clamped cosine.
+const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, 0.785_398_16);
+
+/// The clamped cosine about the unit vector `n`.
+pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
+    sh_lobe_l2(COSINE, n)
+}
+
+/// The seed of bounce `number`, 2 for the first after the estimate.
+#[must_use]
+pub fn bounce_seed(seed: u32, number: u32) -> u32 {
+    hash_combine(seed, number)
+}
+
+/// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
+/// `surroundings` are those of the estimate.
+#[must_use]
+pub fn bounce(
+    lattice: &Lattice,
+    first: &[Vec4],
+    last: &[Vec4],
+    surroundings: &[Surroundings],
+    number: u32,
+    options: &Options,
+    params: &Params,
+) -> Vec<Vec4> {
+    let vectors = options.order.vectors() as usize;
+    let source = Source {
+        field: Field { lattice, order: options.order, hints: last },
+        surroundings,
+        seed: bounce_seed(params.seed, number),
+        samples: options.bounce_samples,
+        params,
+    };
+    let base = if params.transport == Transport::SphereAsPrinted { last } else { first };
+    let mut next = vec![Vec4::ZERO; base.len()];
+    next.par_chunks_exact_mut(vectors).zip(base.par_chunks_exact(vectors)).enumerate().for_each(
+        |(hint, (next, base))| {
+            let sh = match params.transport {
+                Transport::Directions => source.directions(hint as u32),
+                Transport::Sphere => source.sphere(hint as u32, false),
+                Transport::SphereAsPrinted => source.sphere(hint as u32, true),
+            };
+            for ((next, base), more) in next.iter_mut().zip(base).zip(pack(&sh)) {
+                *next = *base + more;
+            }
+        },
+    );
+    next
+}
+
+struct Source<'a> {
+    field: Field<'a>,
+    surroundings: &'a [Surroundings],
+    seed: u32,
+    samples: u32,
+    params: &'a Params,
+}
+
+impl Source<'_> {
+    /// [`Transport::Directions`].
+    fn directions(&self, hint: u32) -> [Vec3; 9] {
+        let lattice = self.field.lattice;
+        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let reach = self.params.range * extent(volume).length();
+        let key = hash_combine(self.seed, hint);
+        let mut sh = [Vec3::ZERO; 9];
+        for j in 0..self.samples {
+            let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
+            let (border, face) = exit(volume, position, w);
+            let depth = self.params.enclosure.map_or(1.0, |e| e.depth[face]);
+            let farthest = (border * depth).min(reach);
+            // From the border inwards, until a hint sees something: others are outside of the room.
+            let mut radiance = Vec3::ZERO;
+            for i in 0..PLACES {
+                let q = position + w * (farthest * (1.0 - i as f32 / PLACES as f32));
+                let other = nearest_hint(lattice, q);
+                let around = &self.surroundings[other as usize];
+                if around.r_max > 0.0 {
+                    let albedo = match &self.params.enclosure {
+                        Some(enclosure) => enclosure.albedo[face],
+                        None => Vec3::from(around.albedo),
+                    };
+                    radiance = self.radiance(other, w, albedo);
+                    break;
+                }
+            }
+            for (c, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
+                *c += radiance * y;
+            }
+        }
+        let scale = 4.0 * PI / self.samples as f32;
+        sh.map(|c| c * scale)
+    }
+
+    /// [`Transport::Sphere`], and [`Transport::SphereAsPrinted`].
+    fn sphere(&self, hint: u32, printed: bool) -> [Vec3; 9] {
+        let lattice = self.field.lattice;
+        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let extent = extent(volume);
+        let reach = self.params.range * extent.length();
+        let own = &self.surroundings[hint as usize];
+        let key = hash_combine(self.seed, hint);
+        let mut sh = [Vec3::ZERO; 9];
+        let (mut weights, mut visible, mut confident) = (0.0, 0.0, 0.0);
+        for j in 0..self.samples {
+            let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
+            // The largest of three even numbers has the density 3r² of the radius in a ball.
+            let u = |i: u32| unit_f32(hash_combine(key, 3 * j + i));
+            let r = u(0).max(u(1)).max(u(2)) * reach;
+            let q = position + w * r;
+            let t = q - volume.origin;
+            if t.cmplt(Vec3::ZERO).any() || t.cmpgt(extent).any() {
+                continue;
+            }
+            let other = nearest_hint(lattice, q);
+            let around = &self.surroundings[other as usize];
+            let v = visibility(r, own.r_min + around.r_min, own.r_max + around.r_max);
+            let c = (1.0 - around.r_min / reach).max(0.0);
+            let albedo = if printed { Vec3::ONE } else { Vec3::from(around.albedo) };
+            let radiance = self.radiance(other, w, albedo) * (v * c);
+            for (s, y) in sh.iter_mut().zip(sh_basis_l2(w)) {
+                *s += radiance * y;
+            }
+            weights += v * c;
+            visible += v;
+            confident += c;
+        }
+        let total = if printed { visible * confident } else { weights };
+        let scale = if total > 0.0 { 4.0 * PI / total } else { 0.0 };
+        sh.map(|c| c * scale)
+    }
+
+    /// What a surface of this albedo at the place of a hint sends back along `w`, W/(sr·m²).
+    fn radiance(&self, hint: u32, w: Vec3, albedo: Vec3) -> Vec3 {
+        let irradiance = self.field.weigh_hint(hint, &cosine_lobe(-w));
+        albedo * FRAC_1_PI * irradiance.max(Vec3::ZERO)
+    }
+}
+
+/// Edges of a volume, metres.
+fn extent(volume: &Volume) -> Vec3 {
+    volume.cell * volume.resolution.as_vec3()
+}
+
+/// Where the ray from `p`, inside, along `w` leaves the volume: distance and face, `−x, +x, −y, +y, −z, +z`.
+fn exit(volume: &Volume, p: Vec3, w: Vec3) -> (f32, usize) {
+    exit_of_box(volume.origin, volume.origin + extent(volume), p, w)
+}
+
+/// The same of the box from `origin` to `end`.
+pub(super) fn exit_of_box(origin: Vec3, end: Vec3, p: Vec3, w: Vec3) -> (f32, usize) {
+    let (mut nearest, mut face) = (f32::MAX, 0);
+    for axis in 0..3 {
+        if w[axis] == 0.0 {
+            continue;
+        }
+        let up = w[axis] > 0.0;
+        let t = (if up { end[axis] } else { origin[axis] } - p[axis]) / w[axis];
+        if t < nearest {
+            (nearest, face) = (t, 2 * axis + usize::from(up));
+        }
+    }
+    (nearest.max(0.0), face)
+}
+
+/// Eq. 11: 1 below the sum of the least distances, 0 beyond that of the greatest, linear between. Where both are the same
+/// (one sample, or none), the step that is left.
+#[must_use]
+pub fn visibility(d: f32, near: f32, far: f32) -> f32 {
+    if far > near {
+        1.0 - ((d - near) / (far - near)).clamp(0.0, 1.0)
+    } else if d <= near {
+        1.0
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,57 @@
+//! Which samples a hint looks at, and from where; where a point falls on a view's image.
+
+use glam::{UVec3, Vec2, Vec3};
+use indirect_core::{Projection, View};
+use indirect_sampling::rng::{hash_combine, unit_f32};
+
+use crate::{INTERLEAVE, Lattice, Sampling};
+
+/// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
+/// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
+
+/// Which list of samples a hint looks at.
+pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
+    match sampling {
+        Sampling::Importance => {
+            // The bits of the three coordinates interleaved: each 2³ block of hints has consecutive lists.
+            let place = lattice.place(hint).1 % INTERLEAVE;
+            spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
+        }
+        Sampling::Disc { .. } => hint,
+    }
+}
+
+/// The two lowest bits, three apart.
+const fn spread(x: u32) -> u32 {
+    (x & 1) | (x & 2) << 2
+}
+
+/// Where in the recurrence a hint begins.
+pub(super) fn shift_of(seed: u32, hint: u32) -> UVec3 {
+    let h = hash_combine(seed, hint);
+    UVec3::new(h, hash_combine(h, 1), hash_combine(h, 2))
+}
+
+/// The place from which a hint at `position` looks at its sample `k`.
+pub(super) fn place_of(position: Vec3, cell: Vec3, jitter: f32, shift: UVec3, k: u32) -> Vec3 {
+    let at = |axis: usize| unit_f32(shift[axis].wrapping_add(k.wrapping_mul(STEP[axis])));
+    let offset = Vec3::new(at(0), at(1), at(2)) - 0.5;
+    position + cell * offset * jitter
+}
+
+/// Where a world point falls on a view's image, `[0, 1]²` inside; `None` at or behind the eye.
+pub(super) fn plane_project(view: &View, p: Vec3) -> Option<Vec2> {
+    let d = p - view.origin;
+    let (local, z) = (Vec2::new(view.right.dot(d), view.up.dot(d)), view.forward.dot(d));
+    let plane = match view.projection {
+        Projection::Perspective { tan_half } => {
+            if z <= 0.0 {
+                return None;
+            }
+            local / z / tan_half
+        }
+        Projection::Orthographic { half_size } => local / half_size,
+    };
+    Some(Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y))
+}

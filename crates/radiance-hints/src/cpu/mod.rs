@@ -1,0 +1,122 @@
+//! The passes in plain Rust: what the GPU is held against, and the fallback where there is none.
+
+mod bounce;
+mod enclosure;
+mod estimate;
+mod field;
+mod look;
+mod occlusion;
+mod reconstruct;
+mod sample;
+mod smooth;
+mod upsample;
+
+use std::time::Instant;
+
+use glam::{Vec3, Vec4};
+use indirect_accel::Accel;
+use indirect_core::{GBuffer, Image, View};
+use rsm::{Rsm, cpu::PassTime};
+
+pub use bounce::{bounce, bounce_seed, visibility};
+pub use enclosure::enclosure;
+pub use estimate::{Estimate, estimate};
+pub use field::{Field, Plane, nearest_hint, pack};
+pub use occlusion::{occlusion, share_of_blocked, words};
+pub use reconstruct::{irradiance, low_size, reconstruct};
+pub use sample::sample;
+pub use smooth::{Previous, smooth};
+pub use upsample::upsample;
+
+use crate::{Error, Lattice, Options, Params, Sample, Surroundings};
+
+/// The indirect light of a frame and everything that was computed on the way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Indirect radiance that leaves each pixel, W/(sr·m²); 0 where the camera sees nothing.
+    pub image: Image,
+    /// The maps.
+    pub rsm: Rsm,
+    /// The lists of samples, one after the other.
+    pub samples: Vec<Sample>,
+    /// What stands between hints and samples, see [`occlusion`]; empty where nothing is tested.
+    pub blocked: Vec<u32>,
+    /// The hints after each bounce, see [`Estimate::hints`].
+    pub bounces: Vec<Vec<Vec4>>,
+    /// What the hints know of their surroundings; empty for one bounce.
+    pub surroundings: Vec<Surroundings>,
+    /// Irradiance per texel of the buffer that [`reconstruct`] fills, W/m².
+    pub low: Vec<Vec3>,
+    /// Irradiance per pixel, W/m².
+    pub irradiance: Vec<Vec3>,
+    /// Time per pass, in order.
+    pub passes: Vec<PassTime>,
+}
+
+impl Output {
+    /// Bytes of the maps, the hints and the buffers of the image.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        // Three of the volumes are ever needed at once.
+        let hints: usize = self.bounces.iter().take(3).map(|b| size_of_val(b.as_slice())).sum();
+        self.rsm.bytes()
+            + size_of_val(self.samples.as_slice())
+            + size_of_val(self.blocked.as_slice())
+            + hints
+            + size_of_val(self.surroundings.as_slice())
+            + size_of_val(self.low.as_slice())
+            + size_of_val(self.irradiance.as_slice())
+            + size_of_val(self.image.pixels.as_slice())
+    }
+}
+
+/// The indirect light of all lights of the scene at the pixels of `camera`, which is what `view` sees.
+///
+/// # Errors
+/// [`Error::BadOption`] where `options` or `params` are out of range.
+pub fn indirect(
+    accel: &Accel<'_>,
+    view: &View,
+    camera: &GBuffer,
+    lattice: &Lattice,
+    options: &Options,
+    params: &Params,
+) -> Result<Output, Error> {
+    options.validate()?;
+    params.validate()?;
+    let mut passes = Vec::new();
+    let rsm = timed(&mut passes, "maps", || rsm::cpu::generate(accel, &options.rsm()))?;
+    let samples = timed(&mut passes, "sample", || sample(&rsm, lattice, options, params.seed));
+    let blocked = timed(&mut passes, "occlusion", || {
+        occlusion(&rsm, (view, camera), lattice, &samples, options, params)
+    });
+    let Estimate { hints, surroundings } =
+        timed(&mut passes, "estimate", || estimate(lattice, &samples, &blocked, options, params));
+    let mut bounces = vec![hints];
+    timed(&mut passes, "bounce", || {
+        for number in 2..=options.bounces {
+            let (first, last) = (&bounces[0], &bounces[bounces.len() - 1]);
+            let next = bounce(lattice, first, last, &surroundings, number, options, params);
+            bounces.push(next);
+        }
+    });
+    let field = Field { lattice, order: options.order, hints: &bounces[bounces.len() - 1] };
+    let low = timed(&mut passes, "reconstruct", || reconstruct(&field, camera, options.scale, params));
+    let irradiance = timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
+    let image = timed(&mut passes, "shade", || shade(camera, &irradiance));
+    Ok(Output { image, rsm, samples, blocked, bounces, surroundings, low, irradiance, passes })
+}
+
+fn timed<T>(passes: &mut Vec<PassTime>, name: &'static str, pass: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = pass();
+    passes.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
+    result
+}
+
+/// `shade`: the radiance that leaves each pixel, `ρ/π · E`, W/(sr·m²), from the irradiance per pixel.
+#[must_use]
+pub fn shade(camera: &GBuffer, irradiance: &[Vec3]) -> Image {
+    let pixels = camera.albedo.iter().zip(irradiance).map(|(a, e)| *a * core::f32::consts::FRAC_1_PI * *e);
+    Image { size: camera.size, pixels: pixels.collect() }
+}

@@ -1,0 +1,169 @@
+use bytemuck::Pod;
+use indirect_core::GBuffer;
+use indirect_gpu::wgpu::{Buffer, CommandEncoder, CommandEncoderDescriptor, Device, Queue};
+use indirect_gpu::{GBufferTarget, PassTimer, Vec3Pad, read_buffer};
+use rsm::gpu::{Data, Twin};
+
+use super::{RadianceHints, Resources, resources::volume_of};
+use crate::{Error, Sample, Scale, Surroundings, cpu};
+
+/// Runs every GPU pass after the maps on what the *CPU's* preceding passes computed and returns all buffers beside their
+/// twins, so that a difference shows in the pass that makes it and nowhere else. Submits and blocks: for tests and tools.
+///
+/// `resources` must have been prepared with the views, lights, lattice and parameters that made `expected` for `camera`;
+/// `camera_buffers` are the target that `resources` were made for. Their contents are overwritten. The maps themselves are
+/// compared by [`rsm::gpu::twins`].
+///
+/// In the buffer of `occlusion` a word may differ where a segment grazes a texel's border: count them.
+///
+/// # Errors
+/// [`Error::Gpu`] where a buffer cannot be read back, [`Error::MapCount`] where `resources` hold another number of maps.
+pub fn twins(
+    (device, queue): (&Device, &Queue),
+    hints: &RadianceHints,
+    resources: &Resources,
+    camera: &GBuffer,
+    camera_buffers: &GBufferTarget,
+    expected: &cpu::Output,
+) -> Result<Vec<Twin>, Error> {
+    let maps = &expected.rsm.maps;
+    if maps.len() != resources.rsm.maps.len() {
+        return Err(Error::MapCount { available: resources.rsm.maps.len(), needed: maps.len() });
+    }
+    let gpu = Gpu { device, queue };
+    let timer = &mut PassTimer::off();
+    let mut twins = Vec::new();
+    let mut add = |pass, buffer: String, cpu, gpu| twins.push(Twin { pass, buffer, map: None, cpu, gpu });
+
+    for (map, m) in maps.iter().zip(&resources.rsm.maps) {
+        gpu.surface(&map.surface, &m.surface);
+        gpu.write(&m.texels, &map.texels);
+        gpu.write(&m.nodes, &map.pyramid.nodes);
+    }
+    let tops: Vec<_> = maps.iter().map(|m| m.pyramid.top()).collect();
+    gpu.write(&resources.rsm.tops, &tops);
+    gpu.surface(camera, camera_buffers);
+
+    gpu.run(|encoder| hints.encode_sample(encoder, timer, resources))?;
+    let mut found: Vec<Sample> = gpu.read(&resources.samples)?;
+    found.truncate(expected.samples.len());
+    let mut field = |name: &str, get: fn(&Sample) -> Vec<f32>| {
+        let of = |s: &[Sample]| floats(s.iter().flat_map(get).collect(), get(&Sample::default()).len());
+        add("sample", name.to_owned(), of(&expected.samples), of(&found));
+    };
+    field("position", |s| s.position.to_array().to_vec());
+    field("normal", |s| s.normal.to_array().to_vec());
+    field("flux", |s| s.flux.to_array().to_vec());
+    field("incident", |s| s.incident.to_array().to_vec());
+    field("area", |s| vec![s.area]);
+    let map_of = |s: &[Sample]| Data::U32(s.iter().map(|s| s.map).collect());
+    add("sample", "map".to_owned(), map_of(&expected.samples), map_of(&found));
+    gpu.write(&resources.samples, &expected.samples);
+
+    if !expected.blocked.is_empty() {
+        gpu.run(|encoder| hints.encode_occlusion(encoder, timer, resources))?;
+        let found = gpu.read::<u32>(&resources.blocked)?;
+        add("occlusion", "blocked".to_owned(), Data::U32(expected.blocked.clone()), Data::U32(found));
+        gpu.write(&resources.blocked, &expected.blocked);
+    }
+
+    let numbers = hints.options().order.vectors() as usize * 4;
+    gpu.run(|encoder| hints.encode_estimate(encoder, timer, resources))?;
+    let found = gpu.read::<f32>(&resources.volumes[0])?;
+    add(
+        "estimate",
+        "hints".to_owned(),
+        floats(bytemuck::cast_slice(&expected.bounces[0]).to_vec(), numbers),
+        floats(found, numbers),
+    );
+    gpu.write(&resources.volumes[0], &expected.bounces[0]);
+    if !expected.surroundings.is_empty() {
+        let found: Vec<Surroundings> = gpu.read(&resources.surroundings)?;
+        let albedo = |s: &[Surroundings]| floats(s.iter().flat_map(|s| s.albedo).collect(), 3);
+        let distances = |s: &[Surroundings]| floats(s.iter().flat_map(|s| [s.r_min, s.r_max]).collect(), 2);
+        add("estimate", "albedo".to_owned(), albedo(&expected.surroundings), albedo(&found));
+        add("estimate", "distances".to_owned(), distances(&expected.surroundings), distances(&found));
+        gpu.write(&resources.surroundings, &expected.surroundings);
+    }
+
+    for number in 2..=hints.options().bounces {
+        gpu.run(|encoder| hints.encode_bounce(encoder, timer, resources, number))?;
+        let (buffer, cpu) = (&resources.volumes[volume_of(number)], &expected.bounces[number as usize - 1]);
+        let found = gpu.read::<f32>(buffer)?;
+        add(
+            "bounce",
+            format!("hints after bounce {number}"),
+            floats(bytemuck::cast_slice(cpu).to_vec(), numbers),
+            floats(found, numbers),
+        );
+        gpu.write(buffer, cpu);
+    }
+
+    gpu.run(|encoder| hints.encode_reconstruct(encoder, timer, resources))?;
+    let low = padded(&expected.low);
+    let found = gpu.read::<f32>(&resources.low)?;
+    add(
+        "reconstruct",
+        "irradiance".to_owned(),
+        floats(bytemuck::cast_slice(&low).to_vec(), 4),
+        floats(found, 4),
+    );
+    gpu.write(&resources.low, &low);
+
+    if hints.options().scale != Scale::Full {
+        gpu.run(|encoder| hints.encode_upsample(encoder, timer, resources))?;
+        let full = padded(&expected.irradiance);
+        let found = gpu.read::<f32>(&resources.irradiance)?;
+        add(
+            "upsample",
+            "irradiance".to_owned(),
+            floats(bytemuck::cast_slice(&full).to_vec(), 4),
+            floats(found, 4),
+        );
+        gpu.write(&resources.irradiance, &full);
+    }
+
+    gpu.run(|encoder| hints.encode_shade(encoder, timer, resources))?;
+    let image = padded(&expected.image.pixels);
+    let found = gpu.read::<f32>(&resources.image)?;
+    add("shade", "image".to_owned(), floats(bytemuck::cast_slice(&image).to_vec(), 4), floats(found, 4));
+    Ok(twins)
+}
+
+fn floats(values: Vec<f32>, components: usize) -> Data {
+    Data::F32 { values, components }
+}
+
+fn padded(values: &[glam::Vec3]) -> Vec<Vec3Pad> {
+    values.iter().map(|v| Vec3Pad::new(*v, 0.0)).collect()
+}
+
+struct Gpu<'a> {
+    device: &'a Device,
+    queue: &'a Queue,
+}
+
+impl Gpu<'_> {
+    fn run(&self, encode: impl FnOnce(&mut CommandEncoder) -> Result<(), Error>) -> Result<(), Error> {
+        let mut encoder = self.device.create_command_encoder(&CommandEncoderDescriptor::default());
+        encode(&mut encoder)?;
+        self.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn read<T: Pod>(&self, buffer: &Buffer) -> Result<Vec<T>, Error> {
+        Ok(read_buffer(self.device, self.queue, buffer)?)
+    }
+
+    fn write<T: Pod>(&self, buffer: &Buffer, data: &[T]) {
+        self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(data));
+    }
+
+    fn surface(&self, g: &GBuffer, target: &GBufferTarget) {
+        let position: Vec<_> = g.position.iter().zip(&g.depth).map(|(p, d)| Vec3Pad::new(*p, *d)).collect();
+        self.write(&target.position, &position);
+        self.write(&target.normal, &padded(&g.normal));
+        self.write(&target.albedo, &padded(&g.albedo));
+        self.write(&target.triangle, &g.triangle);
+    }
+}

@@ -1,0 +1,294 @@
+//! Degenerate input: finite, bounded, without seams, and the same at any scale.
+#![cfg(feature = "cpu")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
+
+mod common;
+
+use common::{
+    camera_view, floor_and_wall, lattice, light, lights, push_square, room, scaled, spot, two_volumes,
+};
+use glam::{Mat3, Vec3, Vec4};
+use indirect_accel::{Accel, BuildPreset, cast};
+use indirect_core::{Aabb, LightKind, Material, Scene};
+use radiance_hints::{
+    Error, Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility, cpu,
+};
+
+fn options() -> Options {
+    Options { resolution: 32, samples: 20, bounce_samples: 8, ..Options::default() }
+}
+
+fn render(scene: &Scene, scale: f32, lattice: &Lattice, options: &Options, params: &Params) -> cpu::Output {
+    let accel = Accel::build(scene, BuildPreset::Fast);
+    let view = camera_view(scale);
+    let camera = cast::gbuffer(&accel, &view, [24, 16]);
+    let output = cpu::indirect(&accel, &view, &camera, lattice, options, params).unwrap();
+    assert_eq!(output.image.non_finite(), 0);
+    assert!(output.image.pixels.iter().all(|p| p.min_element() >= 0.0));
+    assert!(output.bounces.iter().flatten().all(|c| c.is_finite()));
+    output
+}
+
+/// The author's shader has 0.1 and 0.007 in it; nothing here may depend on the metre.
+#[test]
+fn the_image_does_not_depend_on_the_scale() {
+    for kind in lights() {
+        let image = |s: f32| {
+            let mut scene = floor_and_wall(scaled(kind, s), s);
+            if !matches!(kind, LightKind::Directional { .. }) {
+                // The same irradiance at s times the distance.
+                scene.lights[0].power *= s * s;
+            }
+            let options =
+                Options { bounces: 3, scale: Scale::Half, visibility: Visibility::RsmDepth, ..options() };
+            render(&scene, s, &lattice(&scene, 6), &options, &Params::default()).image
+        };
+        let one = image(1.0);
+        let mean = one.mean().max_element();
+        assert!(mean > 0.0);
+        for s in [0.01, 0.3, 10.0, 1000.0] {
+            let other = image(s);
+            let difference: f32 =
+                one.pixels.iter().zip(&other.pixels).map(|(a, b)| (*a - *b).abs().max_element()).sum();
+            // Rounding may move a sample to the next texel or a grazing segment to the other side of one.
+            assert!(difference / one.pixels.len() as f32 <= 5e-3 * mean, "{kind:?} {s}: {difference}");
+        }
+    }
+}
+
+#[test]
+fn degenerate_scenes_and_options_stay_finite() {
+    let floor = |kind| floor_and_wall(kind, 1.0);
+    let mut scenes = vec![
+        floor(LightKind::Point { position: Vec3::ZERO }),
+        floor(spot(Vec3::Y, Vec3::NEG_Y, 0.0, 0.0)),
+        floor(spot(Vec3::Y, Vec3::NEG_Y, 90.0, 90.0)),
+        floor(LightKind::Directional { direction: Vec3::X }),
+        floor(LightKind::Point { position: Vec3::splat(1e6) }),
+        floor(spot(Vec3::Y * 3.0, Vec3::Y, 10.0, 20.0)),
+        room(Vec3::ONE, 0.3),
+    ];
+    // A floor and nothing else: a box without height.
+    let mut plane = Scene { materials: vec![Material::diffuse("white", Vec3::ONE)], ..Scene::default() };
+    push_square(&mut plane, Vec3::ZERO, 2.0, Mat3::IDENTITY);
+    plane.lights.push(light(lights()[0], Vec3::ONE));
+    scenes.push(plane);
+    let printed = Params {
+        reconstruction: Reconstruction::AsPrinted,
+        transport: Transport::SphereAsPrinted,
+        footprint: 0.0,
+        jitter: 1.0,
+        range: 0.1,
+        ..Params::default()
+    };
+    for scene in &scenes {
+        for cells in [1, 2, 5] {
+            let lattice = lattice(scene, cells);
+            for visibility in [Visibility::Off, Visibility::RsmDepth, Visibility::CameraDepth] {
+                for sampling in [Sampling::Importance, Sampling::Disc { fraction: 0.2 }] {
+                    let more = Options { visibility, sampling, bounces: 3, resolution: 9, ..options() };
+                    render(scene, 1.0, &lattice, &more, &Params::default());
+                    let more = Options { order: Order::Two, scale: Scale::Quarter, ..more };
+                    render(scene, 1.0, &lattice, &more, &printed);
+                    let sphere = Params { transport: Transport::Sphere, ..printed };
+                    render(scene, 1.0, &lattice, &Options { samples: 1, resolution: 1, ..more }, &sphere);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn without_light_it_is_black() {
+    let mut dark = floor_and_wall(lights()[0], 1.0);
+    dark.lights.clear();
+    let mut black = floor_and_wall(lights()[0], 1.0);
+    black.materials[0].base_color = Vec3::ZERO;
+    for scene in [dark, black] {
+        for sampling in [Sampling::Importance, Sampling::Disc { fraction: 0.5 }] {
+            let options = Options { bounces: 2, sampling, ..options() };
+            let output = render(&scene, 1.0, &lattice(&scene, 4), &options, &Params::default());
+            assert!(output.image.pixels.iter().all(|p| *p == Vec3::ZERO));
+        }
+    }
+}
+
+#[test]
+fn results_repeat_bit_for_bit_on_any_number_of_threads() {
+    let scene = floor_and_wall(lights()[1], 1.0);
+    let options = Options { bounces: 3, visibility: Visibility::RsmDepth, scale: Scale::Half, ..options() };
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render(&scene, 1.0, &two_volumes(&scene), &options, &Params::default()))
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!(one.image, three.image);
+    assert_eq!(one.bounces, three.bounces);
+    assert_eq!(one.blocked, three.blocked);
+}
+
+/// A uniform field is reproduced anywhere, inside, at borders and outside, and a line across a border has no step.
+#[test]
+fn volumes_blend_without_a_seam() {
+    let scene = floor_and_wall(lights()[0], 1.0);
+    let lattice = two_volumes(&scene);
+    let uniform: Vec<Vec4> = (0..lattice.hints()).flat_map(|_| [Vec4::X; 3]).collect();
+    let bumpy: Vec<Vec4> = (0..lattice.hints()).flat_map(|i| [Vec4::X * (i * 7 % 11) as f32; 3]).collect();
+    let at = |hints: &[Vec4], p: Vec3| {
+        let field = cpu::Field { lattice: &lattice, order: Order::Two, hints };
+        cpu::irradiance(&field, p, Vec3::Y, Reconstruction::NearSurface).x
+    };
+    let flat = at(&uniform, Vec3::ZERO);
+    let (mut last, mut steepest) = (None::<f32>, 0.0_f32);
+    let steps = 20_000;
+    for i in 0..=steps {
+        let t = i as f32 / steps as f32;
+        let p = Vec3::new(-3.0, -0.5, -2.5) + Vec3::new(6.0, 5.0, 5.0) * t;
+        assert!((at(&uniform, p) / flat - 1.0).abs() < 1e-5, "{p}");
+        let now = at(&bumpy, p);
+        if let Some(before) = last {
+            steepest = steepest.max((now - before).abs());
+        }
+        last = Some(now);
+    }
+    // 11 units of the field over a quarter of the finer cell, a hundred steps or more: a seam would be a step of units.
+    assert!(steepest < 0.5, "{steepest}");
+}
+
+/// Hints behind a surface, dark or bright, do not show on its front.
+#[test]
+fn hints_behind_the_receiver_do_not_count() {
+    let lattice = Lattice::new(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, [8; 3]).unwrap();
+    let value = |i: u32| if lattice.position(i).y < 0.5 { 1e4 } else { 1.0 };
+    let hints: Vec<Vec4> = (0..lattice.hints()).flat_map(|i| [Vec4::X * value(i); 3]).collect();
+    let field = cpu::Field { lattice: &lattice, order: Order::Two, hints: &hints };
+    let e = |y: f32, form| cpu::irradiance(&field, Vec3::new(0.4, y, 0.6), Vec3::Y, form).x;
+    let alone = e(0.9, Reconstruction::NearSurface);
+    // A wall at 0.5 with hints 1/16 to either side.
+    let beside = e(0.5, Reconstruction::NearSurface);
+    // They keep a share of 1e-7, for where there are no others: 1e4 times that, and rounding.
+    assert!((beside / alone - 1.0).abs() < 2e-3, "{beside} {alone}");
+}
+
+/// Two rooms without a door: what arrives behind the wall, as a share of what arrives before it.
+#[test]
+fn light_does_not_leak_through_a_lit_wall() {
+    let mut scene =
+        Scene { materials: vec![Material::diffuse("white", Vec3::splat(0.7))], ..Scene::default() };
+    let mut quad = |c: [[f32; 3]; 4]| scene.mesh.push_polygon(&c.map(Vec3::from), 0);
+    let (w, h, d, t) = (3.0, 2.5, 1.5, 0.02);
+    quad([[-w, 0.0, d], [w, 0.0, d], [w, 0.0, -d], [-w, 0.0, -d]]);
+    quad([[-w, h, d], [-w, h, -d], [w, h, -d], [w, h, d]]);
+    quad([[-w, 0.0, -d], [w, 0.0, -d], [w, h, -d], [-w, h, -d]]);
+    quad([[-w, 0.0, d], [-w, h, d], [w, h, d], [w, 0.0, d]]);
+    quad([[-w, 0.0, d], [-w, 0.0, -d], [-w, h, -d], [-w, h, d]]);
+    quad([[w, 0.0, d], [w, h, d], [w, h, -d], [w, 0.0, -d]]);
+    quad([[-t, 0.0, d], [-t, h, d], [-t, h, -d], [-t, 0.0, -d]]);
+    quad([[t, 0.0, d], [t, 0.0, -d], [t, h, -d], [t, h, d]]);
+    scene.lights.push(light(
+        LightKind::Spot {
+            position: Vec3::new(-2.6, 1.25, 0.0),
+            direction: Vec3::X,
+            inner_angle: 0.3,
+            outer_angle: 0.75,
+        },
+        Vec3::splat(20.0),
+    ));
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let lattice = Lattice::fit(&scene.bounds().unwrap(), 4096).unwrap();
+    let camera = cast::gbuffer(&accel, &camera_view(1.0), [2, 2]);
+    let leak = |visibility, reconstruction, jitter| {
+        let options = Options { resolution: 256, visibility, ..Options::default() };
+        let params = Params { reconstruction, jitter, ..Params::default() };
+        let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
+        let samples = cpu::sample(&rsm, &lattice, &options, 0);
+        let blocked =
+            cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
+        let hints = cpu::estimate(&lattice, &samples, &blocked, &options, &params).hints;
+        let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
+        // Floor, ceiling, end wall and the wall's own two sides.
+        let room = |side: f32| {
+            let mut sum = 0.0;
+            for i in 0..15 {
+                for k in 0..15 {
+                    let (u, v) = ((i as f32 + 0.5) / 15.0, (k as f32 + 0.5) / 15.0);
+                    let z = 2.0 * d * v - d;
+                    let mut add = |p: Vec3, n: Vec3| sum += cpu::irradiance(&field, p, n, reconstruction).x;
+                    add(Vec3::new(side * (t + (w - t) * u), 0.0, z), Vec3::Y);
+                    add(Vec3::new(side * (t + (w - t) * u), h, z), Vec3::NEG_Y);
+                    add(Vec3::new(side * w, h * u, z), Vec3::X * -side);
+                    add(Vec3::new(side * t, h * u, z), Vec3::X * side);
+                }
+            }
+            sum
+        };
+        room(1.0) / room(-1.0)
+    };
+    let printed = leak(Visibility::Off, Reconstruction::AsPrinted, 1.0);
+    let off = leak(Visibility::Off, Reconstruction::NearSurface, 0.5);
+    let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.5);
+    let still = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0);
+    println!(
+        "leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}, from the hints' centres {still:.4}"
+    );
+    // The hints in the middle of the wall look from both sides of it where they are jittered.
+    assert!(
+        ours < 0.015 && still < 0.01 && still < ours && ours < 0.3 * off,
+        "{printed} {off} {ours} {still}"
+    );
+}
+
+#[test]
+fn bad_options_name_themselves() {
+    let name = |e: Result<(), Error>| match e {
+        Err(Error::BadOption { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let o = options();
+    assert_eq!(name(Options { samples: 0, ..o }.validate()), "samples");
+    assert_eq!(name(Options { samples: 1025, ..o }.validate()), "samples");
+    assert_eq!(name(Options { bounces: 0, ..o }.validate()), "bounces");
+    assert_eq!(name(Options { bounce_samples: 0, ..o }.validate()), "bounce_samples");
+    for fraction in [0.0, 1.5, f32::NAN] {
+        assert_eq!(name(Options { sampling: Sampling::Disc { fraction }, ..o }.validate()), "fraction");
+    }
+    assert!(matches!(Options { resolution: 0, ..o }.validate(), Err(Error::Rsm(_))));
+    let p = Params::default();
+    assert_eq!(name(Params { jitter: -0.1, ..p }.validate()), "jitter");
+    assert_eq!(name(Params { footprint: f32::NAN, ..p }.validate()), "footprint");
+    assert_eq!(name(Params { range: 0.0, ..p }.validate()), "range");
+    let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+    let lattice = |r: Result<Lattice, Error>| name(r.map(|_| ()));
+    assert_eq!(lattice(Lattice::new(&unit, [0, 1, 1])), "resolution");
+    assert_eq!(lattice(Lattice::new(&unit, [1 << 12, 1 << 12, 2])), "resolution");
+    assert_eq!(lattice(Lattice::fit(&unit, 0)), "hints");
+    assert_eq!(lattice(Lattice::of([])), "volumes");
+    assert_eq!(lattice(Lattice::new(&Aabb { min: Vec3::ONE, max: Vec3::ONE }, [1; 3])), "bounds");
+    assert_eq!(lattice(Lattice::new(&Aabb { min: Vec3::NAN, max: Vec3::ONE }, [1; 3])), "bounds");
+}
+
+#[test]
+fn a_budget_chooses_the_resolution() {
+    for (extent, hints) in [
+        (Vec3::new(1.0, 1.0, 1.0), 4096),
+        (Vec3::new(30.0, 12.0, 18.0), 4096),
+        (Vec3::new(1000.0, 1.0, 1000.0), 1000),
+        (Vec3::new(5.0, 0.0, 5.0), 512),
+        (Vec3::splat(1e-3), 1),
+    ] {
+        let lattice = Lattice::fit(&Aabb { min: Vec3::ONE, max: Vec3::ONE + extent }, hints).unwrap();
+        // A flat box gets a second layer.
+        assert!(
+            lattice.hints() <= 2 * hints && 3 * lattice.hints() >= hints,
+            "{extent}: {}",
+            lattice.hints()
+        );
+        let volume = lattice.volumes()[0];
+        // Edges of an axis that is divided; one that is not may be short.
+        let edges = (0..3).filter(|a| volume.resolution[*a] > 1).map(|a| volume.cell[a]);
+        let (least, most) = edges.fold((f32::MAX, 0.0_f32), |(l, m), e| (l.min(e), m.max(e)));
+        assert!(most < 2.1 * least || most == 0.0, "{extent}: {}", volume.cell);
+    }
+    let cube = Lattice::fit(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 4096).unwrap();
+    assert_eq!(cube.hints(), 4096);
+}

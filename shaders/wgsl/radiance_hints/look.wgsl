@@ -1,0 +1,30 @@
+// look: which samples a hint looks at, and from where.
+// Twin: crates/radiance-hints/src/cpu/look.rs.
+// Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences".
+
+/// Which list of samples a hint looks at.
+fn list_of(hint: u32) -> u32 {
+    if settings.sampling == 1u {
+        return hint;
+    }
+    let place = lattice_place(hint) % INTERLEAVE;
+    return spread(place.x) | (spread(place.y) << 1u) | (spread(place.z) << 2u);
+}
+
+/// The two lowest bits, three apart.
+fn spread(x: u32) -> u32 {
+    return (x & 1u) | ((x & 2u) << 2u);
+}
+
+/// Where in the recurrence a hint begins.
+fn shift_of(seed: u32, hint: u32) -> vec3<u32> {
+    let h = hash_combine(seed, hint);
+    return vec3(h, hash_combine(h, 1u), hash_combine(h, 2u));
+}
+
+/// The place from which a hint at `position` looks at its sample `k`.
+fn place_of(position: vec3<f32>, cell: vec3<f32>, jitter: f32, shift: vec3<u32>, k: u32) -> vec3<f32> {
+    let bits = shift + k * vec3(3518319155u, 2882110345u, 2360945575u);
+    let offset = vec3(unit_f32(bits.x), unit_f32(bits.y), unit_f32(bits.z)) - 0.5;
+    return position + cell * offset * jitter;
+}

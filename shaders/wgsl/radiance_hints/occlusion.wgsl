@@ -1,0 +1,159 @@
+// occlusion: how much stands between each hint and each of its samples, by the depth of views; eight samples to a word.
+// Twin: crates/radiance-hints/src/cpu/occlusion.rs, which says what the numbers mean.
+// Camera depth: Papaioannou 2011, §8.
+
+/// Where the depths of one view go.
+struct DepthCopy {
+    first: u32,
+    count: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+@group(0) @binding(0) var<uniform> settings: Settings;
+@group(0) @binding(1) var<uniform> lattice: Lattice;
+@group(0) @binding(2) var<storage, read> samples: array<Sample>;
+@group(0) @binding(3) var<storage, read> views: array<View>;
+@group(0) @binding(4) var<storage, read> depths: array<f32>;
+@group(0) @binding(5) var<storage, read_write> blocked: array<u32>;
+@group(0) @binding(6) var<uniform> copy: DepthCopy;
+@group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read_write> copies: array<f32>;
+
+const STEPS: u32 = 16u;
+const REFINEMENTS: u32 = 5u;
+const POINTS: u32 = 8u;
+/// Marks a place outside of a view's image.
+const OUTSIDE: f32 = -1e38;
+
+/// The depths of one view, side by side with those of the others.
+@compute @workgroup_size(64)
+fn occlusion_depths(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < copy.count {
+        copies[copy.first + i] = positions[i].w;
+    }
+}
+
+@compute @workgroup_size(64)
+fn occlusion_rsm(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < lattice.hints * settings.words {
+        blocked[i] = occlusion_word(i, false);
+    }
+}
+
+@compute @workgroup_size(64)
+fn occlusion_camera(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < lattice.hints * settings.words {
+        blocked[i] = occlusion_word(i, true);
+    }
+}
+
+fn occlusion_word(i: u32, by_camera: bool) -> u32 {
+    let hint = i / settings.words;
+    let begin = (i % settings.words) * 8u;
+    let position = lattice_position(hint);
+    let cell = lattice.volume[lattice_volume(hint)].cell;
+    let first = list_of(hint) * settings.samples;
+    let shift = shift_of(settings.seed, hint);
+    var word = 0u;
+    for (var k = begin; k < min(begin + 8u, settings.samples); k++) {
+        let s = samples[first + k];
+        let y = place_of(position, cell, settings.jitter, shift, k);
+        if s.area <= 0.0 || dot(s.normal, y - s.position) <= 0.0 {
+            continue;
+        }
+        var found = 0u;
+        if by_camera {
+            found = hidden(s.position, y);
+        } else {
+            for (var m = 0u; m < settings.maps; m++) {
+                found = max(found, crossed(m, s.position, y));
+            }
+        }
+        word |= found << (4u * (k - begin));
+    }
+    return word;
+}
+
+/// How far p lies behind what the view sees there; negative before it, OUTSIDE of the image.
+fn behind(v: u32, p: vec3<f32>) -> f32 {
+    let view = views[v];
+    let size = view.size;
+    let at = plane_project(view, p);
+    let texel = at.xy * vec2<f32>(size);
+    if at.z <= 0.0 || !(texel.x >= 0.0 && texel.y >= 0.0 && texel.x < f32(size.x) && texel.y < f32(size.y)) {
+        return OUTSIDE;
+    }
+    let seen = depths[view.first_texel + u32(texel.y) * size.x + u32(texel.x)];
+    let depth = dot(view.forward, p - view.origin);
+    return select(-depth, depth - seen, seen > 0.0);
+}
+
+/// 15 where the segment from a, on a surface, to b goes through a surface that the view sees; 0 where not.
+fn crossed(v: u32, a: vec3<f32>, b: vec3<f32>) -> u32 {
+    let length = length(b - a);
+    let step = 1.0 / f32(STEPS);
+    // The first point is near the surface that the sample lies on.
+    var before = behind(v, a + (b - a) * step);
+    for (var i = 2u; i <= STEPS; i++) {
+        let t = f32(i) * step;
+        let now = behind(v, a + (b - a) * t);
+        if before != OUTSIDE && now != OUTSIDE && (before < 0.0) != (now < 0.0) {
+            // Where it changes sides, more finely.
+            var lo = t - step;
+            var hi = t;
+            var x = before;
+            var y = now;
+            for (var r = 0u; r < REFINEMENTS; r++) {
+                let middle = 0.5 * (lo + hi);
+                let m = behind(v, a + (b - a) * middle);
+                if m == OUTSIDE {
+                    break;
+                }
+                if (m < 0.0) == (x < 0.0) {
+                    lo = middle;
+                    x = m;
+                } else {
+                    hi = middle;
+                    y = m;
+                }
+            }
+            // On a surface both depths are as near to it as the rest of the step is long; at a silhouette they jump.
+            if abs(y - x) < 4.0 * (hi - lo) * length {
+                return 15u;
+            }
+        }
+        before = now;
+    }
+    return 0u;
+}
+
+/// How many points of the segment from a to b the camera does not see.
+fn hidden(a: vec3<f32>, b: vec3<f32>) -> u32 {
+    var count = 0u;
+    for (var i = 0u; i < POINTS; i++) {
+        let t = (f32(i) + 0.5) / f32(POINTS);
+        let p = a + (b - a) * t;
+        // Rounding: a point on a surface is not behind it.
+        let slack = 1e-3 * length(p - views[0].origin);
+        if behind(0u, p) > slack {
+            count += 1u;
+        }
+    }
+    return count;
+}
