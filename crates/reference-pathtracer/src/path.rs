@@ -158,7 +158,11 @@ impl<'a> Tracer<'a> {
                 return found;
             }
             if unoccluded {
-                found.indirect += throughput * self.behind(&next, w, sampler, rays);
+                let kept = |far: &Vertex| match &draw {
+                    Some(draw) if order == 0 => self.kept(&vertex, &lobe, w, far, draw),
+                    _ => 1.0,
+                };
+                found.indirect += throughput * self.behind(&next, w, kept, sampler, rays);
             }
             if order == 0
                 && let Some(draw) = &draw
@@ -272,8 +276,16 @@ impl<'a> Tracer<'a> {
         self.accel.closest_hit(&Ray::new(self.leaving(vertex), w))
     }
 
-    /// Directly lit radiance towards `−w` of every surface that the ray along `w` meets behind `front`.
-    fn behind(&self, front: &Vertex, w: Vec3, sampler: &mut Sampler, rays: &mut u64) -> Vec3 {
+    /// Directly lit radiance towards `−w` of every surface that the ray along `w` meets behind `front`, each with the share that
+    /// paths carry.
+    fn behind(
+        &self,
+        front: &Vertex,
+        w: Vec3,
+        kept: impl Fn(&Vertex) -> f32,
+        sampler: &mut Sampler,
+        rays: &mut u64,
+    ) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let mut vertex = *front;
         for _ in 0..PIERCED {
@@ -281,6 +293,10 @@ impl<'a> Tracer<'a> {
             let far = Vertex { geometric: -vertex.geometric, ..vertex };
             let Some(hit) = self.leave(&far, w, rays) else { break };
             vertex = self.surfaces.vertex(&hit, w);
+            let share = kept(&vertex);
+            if share < 1.0 && sampler.next() >= share {
+                continue;
+            }
             let lobe = Lobe::new(&vertex);
             let mut light = self.emitted(&vertex, &lobe, STRATIFIED, sampler, rays)
                 + self.punctual(&vertex, &lobe, sampler, rays);

@@ -89,7 +89,9 @@ impl Raster<'_> {
         let tracer = self.tracer;
         let settings = tracer.settings;
         let lit = tracer.lights.len() > 0 || !tracer.emitters.is_empty();
-        let applies = tracer.limit() > 0 && !settings.unoccluded && settings.emitters == EmitterSampling::Mis;
+        // Without visibility, light of later bounces would reach virtual lights that no light path meets.
+        let applies = settings.emitters == EmitterSampling::Mis
+            && if settings.unoccluded { tracer.limit() == 1 } else { tracer.limit() > 0 };
         if !applies || !lit {
             return None;
         }
@@ -278,7 +280,8 @@ impl Tracer<'_> {
         }
         let carried = kernel * bound / (bound + kernel);
         let target = math::offset_ray_origin_scaled(vpl.position, vpl.normal, self.unit());
-        if self.blocked(vertex, target, rays) { Vec3::ZERO } else { vpl.flux * carried }
+        let blocked = !self.settings.unoccluded && self.blocked(vertex, target, rays);
+        if blocked { Vec3::ZERO } else { vpl.flux * carried }
     }
 
     /// The share of the light from `next`, met along `w`, to `vertex` that paths carry.

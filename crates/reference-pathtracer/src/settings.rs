@@ -73,7 +73,8 @@ pub enum VirtualLights {
     /// Where a short trial finds less variance per ray with them. Never for small work, which the trial would not repay.
     #[default]
     Auto,
-    /// Always, where they apply: not with [`Settings::unoccluded`], nor for [`EmitterSampling`] other than `Mis`.
+    /// Always, where they apply: not for more than one bounce with [`Settings::unoccluded`], nor for [`EmitterSampling`] other
+    /// than `Mis`.
     On,
     /// Never: plain path tracing.
     Off,

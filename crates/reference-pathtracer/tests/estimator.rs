@@ -184,6 +184,19 @@ fn screened(screen: bool) -> Scene {
     scene
 }
 
+#[test]
+fn virtual_lights_keep_the_mean_without_occlusion() {
+    let view = room_view();
+    for (what, scene) in [("room", room(false)), ("emitter", room(true))] {
+        let of = |virtual_lights, spp| {
+            let unoccluded =
+                Settings { bounces: Bounces::Count(1), unoccluded: true, virtual_lights, ..samples(spp, 32) };
+            run(&scene, &view, [24, 24], &unoccluded).mean()[1]
+        };
+        assert_agree(what, of(VirtualLights::Off, 128), of(VirtualLights::On, 64), SIGMAS, 0.01);
+    }
+}
+
 /// One bounce without occlusion against brute force: all texels of a fine grid over the lit floor as virtual point lights.
 #[test]
 fn unoccluded_is_the_sum_over_virtual_point_lights() {
