@@ -110,11 +110,11 @@ modules! {
     IMAGE_SPACE_RADIOSITY_MIPS = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/mips.wgsl",
     ] => ["mips_leaf", "mips_parent"];
-    /// Which blocks light is gathered at; twin of `image_space_radiosity::cpu::refine`.
+    /// Which blocks light is gathered at; twin of `image_space_radiosity::cpu::sources` and `refine`.
     IMAGE_SPACE_RADIOSITY_REFINE = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/refine.wgsl",
-    ] => ["refine", "stencil"];
+        "image_space_radiosity/sources.wgsl", "image_space_radiosity/refine.wgsl",
+    ] => ["reference_irradiance", "refine", "stencil"];
     /// The valid blocks as a list; twin of `image_space_radiosity::cpu::compact`.
     IMAGE_SPACE_RADIOSITY_COMPACT = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/compact.wgsl",
@@ -133,7 +133,7 @@ modules! {
     IMAGE_SPACE_RADIOSITY_TREE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
         "image_space_radiosity/tree.wgsl",
-    ] => ["reference_irradiance", "tree"];
+    ] => ["tree"];
     /// Gathers a cut through the tree; twin of `image_space_radiosity::cpu::traverse`.
     IMAGE_SPACE_RADIOSITY_TRAVERSE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/traverse.wgsl",

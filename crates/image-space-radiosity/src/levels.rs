@@ -3,6 +3,11 @@ use rsm::PyramidLayout;
 /// Neighbouring fragments that share one cut through the lights.
 pub const TILE: usize = 8;
 
+/// Patches along each side of a map, and blocks along each side of the image, that `sources` looks at.
+pub const SOURCE_CELLS: u32 = 4;
+/// See [`SOURCE_CELLS`].
+pub const RECEIVER_CELLS: u32 = 16;
+
 /// The nodes of a pyramid with parents before their children and neighbours near each other (Z order), as indices into the
 /// pyramid: the order in which fragments are listed.
 #[must_use]

@@ -12,5 +12,5 @@ mod params;
 
 pub use error::Error;
 pub use layout::{Block, Branch, Patch};
-pub use levels::{Links, TILE, level_of_cells, place, z_order};
+pub use levels::{Links, RECEIVER_CELLS, SOURCE_CELLS, TILE, level_of_cells, place, z_order};
 pub use params::{Bound, Lights, Method, Options, Params, Thresholds};

@@ -91,7 +91,9 @@ impl Options {
     /// Whether light patches are needed.
     #[must_use]
     pub const fn has_patches(&self) -> bool {
-        !matches!(self.lights, Lights::Flat(_)) || matches!(self.method, Method::BoundedSplat)
+        !matches!(self.lights, Lights::Flat(_))
+            || matches!(self.method, Method::BoundedSplat)
+            || self.coarsest_block > 0
     }
 }
 
@@ -163,6 +165,13 @@ pub struct Params {
     /// Light changes fast beside a surface that rises in front of another. A block is also subdivided for one that begins in the
     /// blocks beside it and within so many times its radius, `[0, ∞)`; 0 looks at the block alone, as the paper does.
     pub margin: f32,
+    /// A block is also subdivided where light would bend across it by more than this share of the [`reference irradiance`],
+    /// `[0, ∞)`: `Σ Φ/(πD) · r²/D` over the coarsest lights, where `r` is the block's radius and `D` the squared distance of a light
+    /// plus the square of its radius. Not in the paper, whose blocks do not know where light comes from; a large number is
+    /// the paper's behaviour.
+    ///
+    /// [`reference irradiance`]: crate::cpu::reference_irradiance
+    pub bend: f32,
     /// When [`Lights::Basic`] subdivides a patch.
     pub patches: Thresholds,
     /// [`Lights::Hierarchical`] subdivides a patch whose bound exceeds this share of [`reference irradiance`], `[0, ∞)`. 0
@@ -185,6 +194,9 @@ impl Params {
         let bad = |option, value: f32, requirement| {
             Err(Error::BadOption { option, value: value.to_string(), requirement })
         };
+        if !(self.bend.is_finite() && self.bend >= 0.0) {
+            return bad("bend", self.bend, "finite and ≥ 0");
+        }
         if !(self.margin.is_finite() && self.margin >= 0.0) {
             return bad("margin", self.margin, "finite and ≥ 0");
         }
@@ -205,8 +217,9 @@ impl Default for Params {
             seed: 0,
             blocks: Thresholds { depth: 0.05, normal: 0.3 },
             margin: 3.0,
+            bend: 0.003,
             patches: Thresholds { depth: 0.2, normal: 0.3 },
-            tau: 0.1,
+            tau: 0.003,
             bound: Bound::Error,
             cutoff: 0.01,
         }

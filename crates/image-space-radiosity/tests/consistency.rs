@@ -120,6 +120,15 @@ fn errors_fall_with_every_threshold() {
         assert_falling(&errors(kind, HIERARCHICAL, &printed), "tau as printed");
         let depth = thresholds.map(|t| Params { blocks: Thresholds { depth: t, normal: t }, ..exact() });
         assert_falling(&errors(kind, HIERARCHICAL, &depth), "blocks");
+        // Neither depth nor normals subdivide: light alone does. 0 subdivides wherever there is any.
+        let never = Thresholds { depth: 2.0, normal: 4.0 };
+        let bend = [1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0].map(|bend| Params {
+            blocks: never,
+            margin: 0.0,
+            bend,
+            ..exact()
+        });
+        assert_falling(&errors(kind, HIERARCHICAL, &bend), "bend");
         let patches = thresholds.map(|t| Params { patches: Thresholds { depth: t, normal: t }, ..exact() });
         assert_falling(&errors(kind, BASIC, &patches), "patches");
     }

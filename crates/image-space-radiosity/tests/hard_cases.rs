@@ -211,6 +211,7 @@ fn options_out_of_range_are_refused() {
         Params { tau: f32::NAN, ..ok },
         Params { cutoff: 0.0, ..ok },
         Params { margin: f32::INFINITY, ..ok },
+        Params { bend: f32::NAN, ..ok },
         Params { blocks: Thresholds { depth: -0.1, normal: 0.0 }, ..ok },
         Params { patches: Thresholds { depth: 0.0, normal: f32::NAN }, ..ok },
     ];

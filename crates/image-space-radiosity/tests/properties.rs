@@ -40,14 +40,19 @@ proptest! {
     fn each_surface_pixel_lies_in_exactly_one_valid_block(
         (w, h, seed) in (1_u32..80, 1_u32..80, any::<u32>()),
         (empty, depth, normal) in (0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..3.0),
-        (coarsest, margin) in (0_usize..7, 0.0_f32..4.0),
+        (coarsest, margin, bend) in (0_usize..7, 0.0_f32..4.0, 0.0_f32..2.0),
     ) {
         let g = noise_gbuffer([w, h], seed, empty);
         let layout = &PyramidLayout::new([w, h]);
         let coarsest = coarsest.min(layout.levels.len() - 1);
         let blocks = cpu::mips(&g, layout);
-        let params = Params { blocks: Thresholds { depth, normal }, margin, ..Params::default() };
-        let needs = cpu::refine(&blocks, layout, coarsest, &params);
+        let params = Params { blocks: Thresholds { depth, normal }, margin, bend, ..Params::default() };
+        let rsm = noise_rsm(8, 1, seed, 0.3);
+        let light_layout = PyramidLayout::new([8, 8]);
+        let patches = cpu::patches(&rsm, &light_layout);
+        let sources = cpu::Sources::new(&patches, &light_layout);
+        let reference = cpu::reference_irradiance(&sources, &blocks, layout);
+        let needs = cpu::refine(&blocks, layout, coarsest, &params, &sources, reference);
         let states = cpu::stencil(&blocks, &needs, layout, coarsest);
         let fragments = cpu::compact(&blocks, &states, layout, coarsest);
         let count = coverage(layout, 1, fragments.nodes.iter().map(|n| (0, *n as usize)));
@@ -173,7 +178,7 @@ proptest! {
         let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
         let links = Links::new([n, n], range[1]);
         let bound = if printed { Bound::ContributionAsPrinted } else { Bound::Error };
-        let threshold = tau.powi(4) * cpu::reference_irradiance(&patches, &layout);
+        let threshold = tau.powi(4);
         let tree = cpu::tree(&patches, &links, range, bound, threshold);
         let mut next = random(seed);
         let mut lights = Vec::new();

@@ -134,6 +134,7 @@ fn several_lights_and_other_parameters_agree() {
         seed: 3,
         blocks: Thresholds { depth: 0.3, normal: 0.1 },
         margin: 0.0,
+        bend: 1.0,
         patches: Thresholds { depth: 0.05, normal: 0.1 },
         tau: 0.1,
         bound: Bound::ContributionAsPrinted,

@@ -9,11 +9,11 @@ struct Refine {
     versine: f32,
     /// Reach of what rises beside a block, in its radii.
     margin: f32,
-    pad0: f32,
+    /// What light may bend across a block, as a share of the reference irradiance.
+    bend: f32,
 }
 
 @group(0) @binding(1) var<uniform> params: Refine;
-@group(0) @binding(2) var<storage, read> blocks: array<Block>;
 @group(0) @binding(3) var<storage, read_write> needs: array<u32>;
 @group(0) @binding(4) var<storage, read_write> states: array<u32>;
 
@@ -46,7 +46,7 @@ fn needs_subdivision(i: u32) -> bool {
     if at.x == 0u || blocks[i].pixels == 0u {
         return false;
     }
-    return has_discontinuity(i) || rises_beside(i, at);
+    return has_discontinuity(i) || rises_beside(i, at) || light_bends(i);
 }
 
 /// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
@@ -54,6 +54,12 @@ fn has_discontinuity(i: u32) -> bool {
     let depth_max = blocks[i].depth_max;
     let flat = depth_max - blocks[i].depth_min < params.depth * depth_max && blocks[i].versine < params.versine;
     return blocks[i].mixed != 0u || !flat;
+}
+
+/// Whether light bends too much across a block. Where there is no light, nothing bends.
+fn light_bends(i: u32) -> bool {
+    let radius = blocks[i].radius;
+    return sources_at(blocks[i].position).y * (radius * radius) > params.bend * reference[0];
 }
 
 /// Whether another surface rises in front of a block's plane just beside it.

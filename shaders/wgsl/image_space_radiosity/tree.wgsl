@@ -22,20 +22,6 @@ struct Tree {
 const ALWAYS: f32 = 1e18;
 const PI: f32 = 3.14159265358979;
 
-/// Σ Φ/(π R²) over the maps; one thread.
-@compute @workgroup_size(1)
-fn reference_irradiance() {
-    let count = table.levels[table.count - 1u].x + 1u;
-    var sum = 0.0;
-    for (var map = 0u; map < params.maps; map++) {
-        let top = patches[(map + 1u) * count - 1u];
-        if weight(top.flux) > 0.0 {
-            sum += weight(top.flux) / (3.0 * PI * (top.radius * top.radius));
-        }
-    }
-    irradiance[0] = sum;
-}
-
 @compute @workgroup_size(64)
 fn tree(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,

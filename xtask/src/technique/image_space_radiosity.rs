@@ -20,7 +20,7 @@ use crate::stage::Stage;
 /// The technique.
 pub(crate) struct ImageSpaceRadiosity;
 
-const PARAMS: [Param; 18] = [
+const PARAMS: [Param; 19] = [
     Param {
         key: "resolution",
         default: "256",
@@ -35,7 +35,7 @@ const PARAMS: [Param; 18] = [
     },
     Param {
         key: "tau",
-        default: "0.1",
+        default: "0.003",
         kind: Kind::Number { min: 0.0, max: 1e6 },
         doc: "error of a patch above which it is split, lights=hierarchical; higher: fewer lights, less exact",
     },
@@ -112,6 +112,12 @@ const PARAMS: [Param; 18] = [
         doc: "distance, in radii, to what rises beside a block and splits it too; 0: the block alone",
     },
     Param {
+        key: "bend",
+        default: "0.003",
+        kind: Kind::Number { min: 0.0, max: 1e9 },
+        doc: "share of the light that may bend across a block before it is split; 1e9: as the paper, any",
+    },
+    Param {
         key: "method",
         default: "gather",
         kind: Kind::Choice(&["gather", "splat", "bounded"]),
@@ -155,6 +161,7 @@ fn options(values: &Values, seed: u32) -> (Options, Params) {
         seed,
         blocks: thresholds("depth", "normal"),
         margin: values.number("margin"),
+        bend: values.number("bend"),
         patches: thresholds("patch_depth", "patch_normal"),
         tau: values.number("tau"),
         bound: if values.word("bound") == "error" { Bound::Error } else { Bound::ContributionAsPrinted },
@@ -183,8 +190,11 @@ impl Technique for ImageSpaceRadiosity {
 
     fn sweep(&self, quick: bool) -> Vec<Vec<Vec<String>>> {
         let set = |pairs: &[&str]| pairs.iter().map(|p| (*p).to_owned()).collect::<Vec<_>>();
-        let eye: &[&str] =
-            if quick { &["margin=0", "margin=3"] } else { &["margin=0", "margin=3", "block=0"] };
+        let eye: &[&str] = if quick {
+            &["bend=0.03", "bend=0.003"]
+        } else {
+            &["bend=0.03", "bend=0.003", "bend=0.0003", "block=0"]
+        };
         let taus: &[&str] = if quick {
             &["tau=1", "tau=0.1"]
         } else {

@@ -5,6 +5,7 @@ mod compact;
 mod mips;
 mod patches;
 mod refine;
+mod sources;
 mod splat;
 mod traverse;
 mod tree;
@@ -21,9 +22,10 @@ use rsm::{PyramidLayout, Rsm, Vpl};
 pub use clusters::clusters;
 pub use compact::{Fragments, compact};
 pub use mips::mips;
-pub use patches::{patches, reference_irradiance};
+pub use patches::patches;
 pub use refine::{refine, stencil};
 pub use rsm::cpu::PassTime;
+pub use sources::{Sources, reference_irradiance};
 pub use splat::{splat, splat_bounded};
 pub use traverse::{Tile, cut, traverse};
 pub use tree::{ALWAYS, tree};
@@ -179,8 +181,12 @@ fn indirect_of_maps(
     }
     if options.has_patches() {
         out.patches = clock.time("patches", || patches(&out.rsm, &light_layout));
-        out.reference = reference_irradiance(&out.patches, &light_layout);
     }
+    let sources = Sources::new(&out.patches, &light_layout);
+    let layout = &PyramidLayout::new(camera.size);
+    let coarsest = (options.coarsest_block as usize).min(layout.levels.len() - 1);
+    out.blocks = clock.time("mips", || mips(camera, layout));
+    out.reference = clock.time("sources", || reference_irradiance(&sources, &out.blocks, layout));
     let range = |coarsest, finest| {
         let level = |cells| level_of_cells(&light_layout, cells);
         [level(coarsest), level(finest)]
@@ -212,11 +218,8 @@ fn indirect_of_maps(
         out.irradiance =
             clock.time("splat", || splat_bounded(&out.lights, camera, view, cutoff, params.form));
     } else {
-        let layout = &PyramidLayout::new(camera.size);
-        let coarsest = (options.coarsest_block as usize).min(layout.levels.len() - 1);
-        out.blocks = clock.time("mips", || mips(camera, layout));
         (out.needs, out.states) = clock.time("refine", || {
-            let needs = refine(&out.blocks, layout, coarsest, params);
+            let needs = refine(&out.blocks, layout, coarsest, params, &sources, out.reference);
             let states = stencil(&out.blocks, &needs, layout, coarsest);
             (needs, states)
         });

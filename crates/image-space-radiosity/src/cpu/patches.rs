@@ -3,7 +3,7 @@
 //! A patch has the sum of the flux and of the area, the flux-weighted mean of positions and normals, and bounds of all three.
 //! No level loses or gains flux.
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 use indirect_core::{GBuffer, math::versine_of_sum};
@@ -113,18 +113,4 @@ fn parent(children: &[Patch], size: [u32; 2], x: u32, y: u32) -> Patch {
         patch.versine = 2.0;
     }
     patch
-}
-
-/// The irradiance that τ and the cut-off are shares of, W/m², mean of the channels: `Σ Φ/(π R²)` over the maps, where `R` is the
-/// radius of all that a map lights. It follows the lights' power, and scaling the scene does not change its ratio to any
-/// other irradiance.
-#[must_use]
-pub fn reference_irradiance(patches: &[Patch], layout: &PyramidLayout) -> f32 {
-    let mut sum = 0.0;
-    for top in patches.chunks_exact(layout.len()).map(|map| &map[layout.len() - 1]) {
-        if top.weight() > 0.0 {
-            sum += top.weight() / (3.0 * PI * (top.radius * top.radius));
-        }
-    }
-    sum
 }

@@ -8,15 +8,24 @@ use indirect_core::math::versine_of_sum;
 use rayon::prelude::*;
 use rsm::PyramidLayout;
 
+use super::sources::Sources;
 use crate::{
     layout::{Block, state},
     levels::place,
     params::Params,
 };
 
-/// Per node of the levels `0..=coarsest`, whether it needs subdivision.
+/// Per node of the levels `0..=coarsest`, whether it needs subdivision; `reference` is the reference irradiance, W/m².
 #[must_use]
-pub fn refine(blocks: &[Block], layout: &PyramidLayout, coarsest: usize, params: &Params) -> Vec<u32> {
+pub fn refine(
+    blocks: &[Block],
+    layout: &PyramidLayout,
+    coarsest: usize,
+    params: &Params,
+    sources: &Sources<'_>,
+    reference: f32,
+) -> Vec<u32> {
+    let most = params.bend * reference;
     let depth = params.blocks.depth;
     let versine = params.blocks.versine();
     nodes(layout, coarsest)
@@ -30,7 +39,8 @@ pub fn refine(blocks: &[Block], layout: &PyramidLayout, coarsest: usize, params:
             let ring = &blocks[l.offset as usize..];
             u32::from(
                 has_discontinuity(own, depth, versine)
-                    || rises_beside(own, ring, l.size, [x, y], versine, params.margin),
+                    || rises_beside(own, ring, l.size, [x, y], versine, params.margin)
+                    || light_bends(own, sources, most),
             )
         })
         .collect()
@@ -73,6 +83,11 @@ fn nodes(layout: &PyramidLayout, coarsest: usize) -> impl IndexedParallelIterato
 fn has_discontinuity(block: &Block, depth: f32, versine: f32) -> bool {
     let flat = block.depth_max - block.depth_min < depth * block.depth_max && block.versine < versine;
     block.mixed != 0 || !flat
+}
+
+/// Whether light bends too much across a block. Where there is no light, nothing bends.
+fn light_bends(block: &Block, sources: &Sources<'_>, most: f32) -> bool {
+    sources.at(block.position).1 * (block.radius * block.radius) > most
 }
 
 /// Whether another surface rises in front of a block's plane just beside it. `ring` are the blocks of its level.

@@ -89,7 +89,7 @@ impl ImageSpaceRadiosity {
             patches_leaf: kernel(&IMAGE_SPACE_RADIOSITY_PATCHES, "patches_leaf"),
             patches_parent: kernel(&IMAGE_SPACE_RADIOSITY_PATCHES, "patches_parent"),
             clusters: kernel(&IMAGE_SPACE_RADIOSITY_CLUSTERS, "clusters"),
-            reference_irradiance: kernel(&IMAGE_SPACE_RADIOSITY_TREE, "reference_irradiance"),
+            reference_irradiance: kernel(&IMAGE_SPACE_RADIOSITY_REFINE, "reference_irradiance"),
             tree: kernel(&IMAGE_SPACE_RADIOSITY_TREE, "tree"),
             gather: Gather::new(device),
             traverse: kernel(&IMAGE_SPACE_RADIOSITY_TRAVERSE, "traverse"),
@@ -147,6 +147,8 @@ impl ImageSpaceRadiosity {
         if self.options.has_patches() {
             self.encode_patches(encoder, timer, resources)?;
         }
+        self.encode_mips(encoder, timer, resources)?;
+        self.encode_sources(encoder, timer, resources);
         match self.options.lights {
             Lights::Flat(_) => {}
             Lights::Basic { .. } => self.encode_clusters(encoder, timer, resources)?,
@@ -158,7 +160,6 @@ impl ImageSpaceRadiosity {
         if self.options.method == Method::BoundedSplat {
             self.encode_splat(encoder, timer, resources)?;
         } else {
-            self.encode_mips(encoder, timer, resources)?;
             self.encode_refine(encoder, timer, resources)?;
             self.encode_compact(encoder, timer, resources)?;
             match (self.options.method, self.options.lights) {
@@ -174,7 +175,7 @@ impl ImageSpaceRadiosity {
         self.encode_shade(encoder, timer, resources)
     }
 
-    /// `patches`: lights of all sizes from texels, and the reference irradiance.
+    /// `patches`: lights of all sizes from texels.
     ///
     /// # Errors
     /// See [`Self::encode`].
@@ -193,9 +194,15 @@ impl ImageSpaceRadiosity {
                     kernel.record(pass, &[group], *workgroups);
                 }
             }
-            self.reference_irradiance.record(pass, &[&resources.reference_group], [1, 1, 1]);
         });
         Ok(())
+    }
+
+    /// `sources`: the reference irradiance from patches and blocks.
+    pub fn encode_sources(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, resources: &Resources) {
+        timer.compute(encoder, "sources", |pass| {
+            self.reference_irradiance.record(pass, &[&resources.reference_group], [1, 1, 1]);
+        });
     }
 
     /// `clusters`: one list of lights from patches.

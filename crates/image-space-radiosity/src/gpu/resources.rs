@@ -15,7 +15,7 @@ use super::{ImageSpaceRadiosity, RUN, splat_format};
 use crate::{
     Bound, Error, Lights, Method, Params, TILE,
     layout::{Block, Branch, Patch},
-    levels::{Links, level_of_cells, z_order},
+    levels::{Links, RECEIVER_CELLS, SOURCE_CELLS, level_of_cells, z_order},
 };
 
 /// Byte of [`Resources::totals`] at which the arguments of the traversal, of the splat and of the gather lie.
@@ -59,7 +59,21 @@ pub(crate) struct RefineUniform {
     pub(crate) depth: f32,
     pub(crate) versine: f32,
     pub(crate) margin: f32,
-    pub(crate) pad0: f32,
+    pub(crate) bend: f32,
+}
+
+/// As `sources.wgsl` declares it.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct SourcesUniform {
+    pub(crate) maps: u32,
+    pub(crate) per_map: u32,
+    pub(crate) first: u32,
+    pub(crate) count: u32,
+    pub(crate) first_receiver: u32,
+    pub(crate) receivers: u32,
+    pub(crate) pad0: u32,
+    pub(crate) pad1: u32,
 }
 
 /// As `compact.wgsl` declares it.
@@ -281,6 +295,19 @@ impl Resources {
             mapped_at_creation: false,
         });
 
+        let source_level = light_layout.levels[level_of_cells(&light_layout, SOURCE_CELLS)];
+        let receiver_level = layout.levels[level_of_cells(layout, RECEIVER_CELLS)];
+        let sources = SourcesUniform {
+            maps: if options.has_patches() { maps as u32 } else { 0 },
+            per_map: light_layout.len() as u32,
+            first: source_level.offset,
+            count: source_level.len() as u32,
+            first_receiver: receiver_level.offset,
+            receivers: receiver_level.len() as u32,
+            pad0: 0,
+            pad1: 0,
+        };
+        let sources_uniform = uniform_buffer(device, "sources", &sources);
         let refine_uniform = uniform_buffer(device, "refine", &RefineUniform::default());
         let clusters_uniform = uniform_buffer(device, "clusters", &ClustersUniform::default());
         let tree_uniform = uniform_buffer(device, "tree", &TreeUniform::default());
@@ -380,7 +407,15 @@ impl Resources {
         Ok(Self {
             refine_group: bind(
                 &technique.refine,
-                &[(0, &table), (1, &refine_uniform), (2, &blocks), (3, &needs)],
+                &[
+                    (0, &table),
+                    (1, &refine_uniform),
+                    (2, &blocks),
+                    (3, &needs),
+                    (5, &sources_uniform),
+                    (6, &patches),
+                    (7, &reference),
+                ],
             ),
             stencil_group: bind(&technique.stencil, &[(0, &table), (2, &blocks), (3, &needs), (4, &states)]),
             count_group: bind(
@@ -415,7 +450,7 @@ impl Resources {
             ),
             reference_group: bind(
                 &technique.reference_irradiance,
-                &[(0, &light_table), (1, &tree_uniform), (2, &patches), (4, &reference)],
+                &[(2, &blocks), (5, &sources_uniform), (6, &patches), (7, &reference)],
             ),
             clusters_group: bind(
                 &technique.clusters,
@@ -510,7 +545,7 @@ impl Resources {
             depth: params.blocks.depth,
             versine: params.blocks.versine(),
             margin: params.margin,
-            pad0: 0.0,
+            bend: params.bend,
         };
         queue.write_buffer(&self.refine_uniform, 0, bytemuck::bytes_of(&refine));
         let (depth, versine) = (params.patches.depth, params.patches.versine());
@@ -699,7 +734,11 @@ mod tests {
         );
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_REFINE,
-            "Refine" = RefineUniform { depth, versine, margin, pad0 }
+            "Refine" = RefineUniform { depth, versine, margin, bend }
+        );
+        assert_layout!(
+            IMAGE_SPACE_RADIOSITY_REFINE,
+            "Sources" = SourcesUniform { maps, per_map, first, count, first_receiver, receivers, pad0, pad1 }
         );
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_COMPACT,

@@ -40,6 +40,7 @@ pub fn twins(
         gpu.write(&m.texels, &map.texels);
     }
     let mut twins = Twins { gpu, list: Vec::new() };
+    twins.pyramids(technique, resources, expected)?;
     twins.lights(technique, resources, expected)?;
     if technique.options().method == Method::BoundedSplat {
         twins.gpu.run(|e| technique.encode_splat(e, &mut PassTimer::off(), resources))?;
@@ -107,7 +108,7 @@ impl Twins<'_> {
         Ok(())
     }
 
-    fn lights(
+    fn pyramids(
         &mut self,
         t: &ImageSpaceRadiosity,
         r: &Resources,
@@ -124,11 +125,37 @@ impl Twins<'_> {
             self.field(("patches", "area"), cpu, &found, |p| p.area);
             self.field(("patches", "radius and relief"), cpu, &found, |p| [p.radius, p.relief]);
             self.field(("patches", "versine"), cpu, &found, |p| p.versine);
-            let reference: Vec<f32> = self.gpu.read(&r.reference)?;
-            self.field(("patches", "reference"), &[expected.reference], &reference, |v| *v);
             self.gpu.write(&r.patches, cpu);
-            self.gpu.write(&r.reference, &[expected.reference]);
         }
+        self.gpu.run(|e| t.encode_mips(e, timer, r))?;
+        let found: Vec<Block> = self.gpu.read(&r.blocks)?;
+        let cpu = &expected.blocks;
+        self.field(("mips", "position"), cpu, &found, |b| b.position);
+        self.field(("mips", "normal"), cpu, &found, |b| b.normal);
+        self.field(("mips", "depth"), cpu, &found, |b| [b.depth_min, b.depth_max]);
+        self.field(("mips", "radius"), cpu, &found, |b| b.radius);
+        self.field(("mips", "versine"), cpu, &found, |b| b.versine);
+        let pixels = |blocks: &[Block]| Data::U32(blocks.iter().flat_map(|b| [b.pixels, b.mixed]).collect());
+        self.push("mips", "pixels", pixels(cpu), pixels(&found));
+        self.gpu.write(&r.blocks, cpu);
+
+        self.gpu.run(|e| {
+            t.encode_sources(e, timer, r);
+            Ok(())
+        })?;
+        let reference: Vec<f32> = self.gpu.read(&r.reference)?;
+        self.field(("sources", "reference"), &[expected.reference], &reference, |v| *v);
+        self.gpu.write(&r.reference, &[expected.reference]);
+        Ok(())
+    }
+
+    fn lights(
+        &mut self,
+        t: &ImageSpaceRadiosity,
+        r: &Resources,
+        expected: &cpu::Output,
+    ) -> Result<(), Error> {
+        let timer = &mut PassTimer::off();
         match t.options().lights {
             Lights::Flat(_) => self.gpu.write(&r.rsm.slots, &expected.light_slots),
             Lights::Basic { .. } => {
@@ -181,18 +208,6 @@ impl Twins<'_> {
         expected: &cpu::Output,
     ) -> Result<(), Error> {
         let timer = &mut PassTimer::off();
-        self.gpu.run(|e| t.encode_mips(e, timer, r))?;
-        let found: Vec<Block> = self.gpu.read(&r.blocks)?;
-        let cpu = &expected.blocks;
-        self.field(("mips", "position"), cpu, &found, |b| b.position);
-        self.field(("mips", "normal"), cpu, &found, |b| b.normal);
-        self.field(("mips", "depth"), cpu, &found, |b| [b.depth_min, b.depth_max]);
-        self.field(("mips", "radius"), cpu, &found, |b| b.radius);
-        self.field(("mips", "versine"), cpu, &found, |b| b.versine);
-        let pixels = |blocks: &[Block]| Data::U32(blocks.iter().flat_map(|b| [b.pixels, b.mixed]).collect());
-        self.push("mips", "pixels", pixels(cpu), pixels(&found));
-        self.gpu.write(&r.blocks, cpu);
-
         self.gpu.run(|e| t.encode_refine(e, timer, r))?;
         self.integers("refine", "needs", &r.needs, &expected.needs)?;
         self.integers("refine", "states", &r.states, &expected.states)?;
