@@ -240,10 +240,11 @@ pub struct Params {
     /// Scrambles the sequences. Another seed, other samples of the same expectation.
     pub seed: u32,
     /// How far a sample of a hint may be from its centre, as a share of the cell, `[0, 1]`. 1 is the paper's; lower keeps the
-    /// field sharper.
+    /// field sharper, and a hint beside a wall on its own side of it. The default is 0.
     pub jitter: f32,
     /// Share of its area by which a sample's `1/d²` is bounded, `[0, 1]`. 0 is the printed form, unbounded where a hint meets
-    /// a sample; 1 is a disc of the sample's whole area.
+    /// a sample; 1 is a disc of the sample's whole area, which in the corners that it spans is a little too dark. The default
+    /// is 0.5.
     pub footprint: f32,
     /// How light goes from hint to hint.
     pub transport: Transport,
@@ -282,8 +283,8 @@ impl Default for Params {
     fn default() -> Self {
         Self {
             seed: 0,
-            jitter: 0.5,
-            footprint: 1.0,
+            jitter: 0.0,
+            footprint: 0.5,
             transport: Transport::Directions,
             enclosure: None,
             range: 1.0,

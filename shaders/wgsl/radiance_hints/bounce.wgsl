@@ -26,10 +26,10 @@ fn bounce_directions(
     let position = lattice_position(hint);
     let volume = lattice.volume[lattice_volume(hint)];
     let reach = settings.range * length(volume.cell * vec3<f32>(volume.resolution));
-    let key = hash_combine(settings.seed, hint);
     var sh: array<vec3<f32>, 9>;
     for (var j = 0u; j < settings.bounce_samples; j++) {
-        let w = sphere_uniform(sobol_2d(j, key));
+        // The same directions for all hints: what they miss is smooth then, not noise.
+        let w = sphere_uniform(sobol_2d(j, settings.seed));
         let border = exit(volume, position, w);
         let farthest = min(border.x * settings.enclosure[u32(border.y)].w, reach);
         // From the border inwards, until a hint sees something: others are outside of the room.

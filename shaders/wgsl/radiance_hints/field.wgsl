@@ -16,7 +16,7 @@ fn plane_share(plane: Plane, hint: vec3<f32>, cell: vec3<f32>) -> f32 {
         return 1.0;
     }
     let side = dot(plane.normal, hint - plane.point);
-    return clamp(4.0 * side / dot(abs(plane.normal), cell), LEAST_SHARE, 1.0);
+    return clamp(8.0 * side / dot(abs(plane.normal), cell), LEAST_SHARE, 1.0);
 }
 
 /// How much a volume has to say about a place: 0 outside, 1 from a cell within its border on.

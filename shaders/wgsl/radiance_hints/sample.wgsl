@@ -31,7 +31,7 @@ fn sample_importance(
 ) {
     let slot = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if slot < current.slots {
-        importance(slot, sobol_2d(slot, settings.seed));
+        importance(slot, sobol_2d(index_of(slot, settings.samples), settings.seed));
     }
 }
 
@@ -46,6 +46,12 @@ fn sample_disc(
     if slot < current.slots && k % settings.maps == current.map {
         samples[slot] = disc(slot / settings.samples, k);
     }
+}
+
+/// The point of the sequence that a slot takes: each list begins an aligned block.
+fn index_of(slot: u32, count: u32) -> u32 {
+    let block = 1u << (32u - countLeadingZeros(count - 1u));
+    return (slot / count) * block + slot % count;
 }
 
 /// What a texel of this map is as a sample that stands for `scale` texels.

@@ -99,13 +99,13 @@ const PARAMS: [Param; 17] = [
     },
     Param {
         key: "jitter",
-        default: "0.5",
+        default: "0",
         kind: Kind::Number { min: 0.0, max: 1.0 },
         doc: "share of the cell from which a hint looks; 1 is the paper's; lower: sharper",
     },
     Param {
         key: "footprint",
-        default: "1",
+        default: "0.5",
         kind: Kind::Number { min: 0.0, max: 1.0 },
         doc: "share of a sample's area that bounds 1/d²; 0 is the paper's, unbounded",
     },

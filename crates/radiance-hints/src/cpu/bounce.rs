@@ -10,7 +10,7 @@
 //! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
 //! to 10, which also says what the printed form does).
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 use glam::{Vec3, Vec4};
 use indirect_sampling::{
@@ -28,7 +28,7 @@ use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
 const PLACES: u32 = 4;
 
 /// `A_l` of the clamped cosine.
-const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, 0.785_398_16);
+const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, FRAC_PI_4);
 
 /// The clamped cosine about the unit vector `n`.
 pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
@@ -92,10 +92,10 @@ impl Source<'_> {
         let lattice = self.field.lattice;
         let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
         let reach = self.params.range * extent(volume).length();
-        let key = hash_combine(self.seed, hint);
         let mut sh = [Vec3::ZERO; 9];
         for j in 0..self.samples {
-            let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
+            // The same directions for all hints: what they miss is smooth then, not noise.
+            let w = mapping::sphere_uniform(sobol::sample_2d(j, self.seed));
             let (border, face) = exit(volume, position, w);
             let depth = self.params.enclosure.map_or(1.0, |e| e.depth[face]);
             let farthest = (border * depth).min(reach);

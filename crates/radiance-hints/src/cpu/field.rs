@@ -43,13 +43,13 @@ impl Plane {
     /// No plane.
     pub const NONE: Self = Self { point: Vec3::ZERO, normal: Vec3::ZERO, strength: 0.0 };
 
-    /// The share of its weight that a hint keeps: it grows from nothing at the plane to all of it a quarter of a cell before.
+    /// The share of its weight that a hint keeps: it grows from nothing at the plane to all of it an eighth of a cell before.
     fn share(&self, hint: Vec3, cell: Vec3) -> f32 {
         if self.strength == 0.0 {
             return 1.0;
         }
         let side = self.normal.dot(hint - self.point);
-        (4.0 * side / self.normal.abs().dot(cell)).clamp(LEAST_SHARE, 1.0)
+        (8.0 * side / self.normal.abs().dot(cell)).clamp(LEAST_SHARE, 1.0)
     }
 }
 

@@ -4,10 +4,10 @@
 //! E(q) = Σ_lm A_l L_lm(q) Y_lm(n)
 //! ```
 //!
-//! at four places `q` before the surface (`A_l` as `docs/errata.md`, Radiance Hints eq. 6–7). As printed (§5) they lie on a
+//! at places `q` before the surface (`A_l` as `docs/errata.md`, Radiance Hints eq. 6–7). As printed (§5) there are four, on a
 //! hemisphere, the first above the pixel, the others on a ring 80° from the normal, and their mean is the result: that of a
-//! place about half a diagonal of a cell away from the surface. By default the ring lies flat and close and the first place
-//! one and a half cells away; with the mean distances `s₁ < s₂` of the hints that either read from,
+//! place about a diagonal of a cell away from the surface. By default four lie close around the pixel and one lies two cells
+//! before it; with the mean distances `s₁ < s₂` of the hints that either read from,
 //!
 //! ```text
 //! E = E₁ + (E₁ − E₂) · min(s₁/(s₂ − s₁), g)
@@ -26,14 +26,14 @@ use super::{
 use crate::{Params, Reconstruction, Scale};
 
 /// Sine and cosine of 80°.
-const RING: (f32, f32) = (0.984_807_75, 0.173_648_18);
+const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);
 /// Sine and cosine of 120°.
 const TURN: (f32, f32) = (0.866_025_4, -0.5);
-/// Near the surface: radius and height of the ring and height of the first place, in diagonals of a cell; most of the
-/// difference that is added. Chosen by measurement on the Cornell box.
-const NEAR_RADIUS: f32 = 0.4;
-const NEAR_LIFT: f32 = 0.1;
-const FAR_LIFT: f32 = 0.866;
+/// Near the surface: radius and height of the ring and height of the other place, in diagonals of a cell; most of the difference that is
+/// added. Chosen by measurement on the Cornell box.
+const NEAR_RADIUS: f32 = 0.3;
+const NEAR_LIFT: f32 = 0.08;
+const FAR_LIFT: f32 = 1.1;
 const MOST_GAIN: f32 = 0.3;
 
 /// Width and height of the buffer for an image of `size`.
@@ -53,19 +53,19 @@ pub fn irradiance(field: &Field<'_>, p: Vec3, n: Vec3, form: Reconstruction) -> 
     let diagonal = field.diagonal(p);
     let lobe = cosine_lobe(n);
     let (t, b) = orthonormal_basis(n);
-    let ring = [t, t * TURN.1 + b * TURN.0, t * TURN.1 - b * TURN.0];
     // A truncated series may fall below 0 where little light arrives.
     match form {
         Reconstruction::NearSurface => {
             let plane = Plane { point: p, normal: n, strength: 1.0 };
+            // Not in the plane itself: where it passes a layer of hints, the next one must already have its say.
             let base = p + n * (NEAR_LIFT * diagonal);
             let (mut near, mut s1) = (Vec3::ZERO, 0.0);
-            for d in ring {
+            for d in [t, b, -t, -b] {
                 let (e, s) = field.weigh(base + d * (NEAR_RADIUS * diagonal), &plane, &lobe);
                 near += e;
                 s1 += s;
             }
-            let (near, s1) = (near * (1.0 / 3.0), s1 * (1.0 / 3.0));
+            let (near, s1) = (near * 0.25, s1 * 0.25);
             let (far, s2) = field.weigh(p + n * (FAR_LIFT * diagonal), &plane, &lobe);
             let gap = (s2 - s1).max(s1 * (1.0 / MOST_GAIN));
             let gain = if s1 > 0.0 { s1 / gap } else { 0.0 };
@@ -74,7 +74,7 @@ pub fn irradiance(field: &Field<'_>, p: Vec3, n: Vec3, form: Reconstruction) -> 
         Reconstruction::AsPrinted => {
             let base = p + n * (0.5 * diagonal);
             let mut sum = field.weigh(base + n * diagonal, &Plane::NONE, &lobe).0;
-            for d in ring {
+            for d in [t, t * TURN.1 + b * TURN.0, t * TURN.1 - b * TURN.0] {
                 let q = base + (d * RING.0 + n * RING.1) * diagonal;
                 sum += field.weigh(q, &Plane::NONE, &lobe).0;
             }

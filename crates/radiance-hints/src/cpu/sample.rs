@@ -24,7 +24,14 @@ pub fn sample(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Vec
             let shares: Vec<f32> = rsm.maps.iter().map(|m| luminance(m.pyramid.top().reflected)).collect();
             (0..slots)
                 .into_par_iter()
-                .map(|slot| importance(rsm, &shares, sobol::sample_2d(slot, seed), options.samples))
+                .map(|slot| {
+                    importance(
+                        rsm,
+                        &shares,
+                        sobol::sample_2d(index_of(slot, options.samples), seed),
+                        options.samples,
+                    )
+                })
                 .collect()
         }
         Sampling::Disc { fraction } => (0..slots)
@@ -34,6 +41,12 @@ pub fn sample(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Vec
             })
             .collect(),
     }
+}
+
+/// The point of the sequence that a slot takes: each list begins an aligned block, whose points are spread evenly among
+/// themselves, also where its length is not a power of two.
+const fn index_of(slot: u32, count: u32) -> u32 {
+    (slot / count) * count.next_power_of_two() + slot % count
 }
 
 /// What texel `texel` of map `map` is as a sample that stands for `scale` texels.
