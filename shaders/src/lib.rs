@@ -147,12 +147,12 @@ modules! {
     IMAGE_SPACE_RADIOSITY_UPSAMPLE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/upsample.wgsl",
     ] => ["pull", "push"];
-    /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample`.
+    /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample` and `near`.
     RADIANCE_HINTS_SAMPLE = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",
         "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl",
-        "radiance_hints/sample.wgsl",
-    ] => ["sample_importance", "sample_disc"];
+        "radiance_hints/sample.wgsl", "radiance_hints/near.wgsl",
+    ] => ["sample_importance", "sample_disc", "sample_near"];
     /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
     RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",

@@ -60,10 +60,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     measure("32³, order 3, 1000 samples", 32, Options { samples: 1000, ..one }, params, &matched)?;
     measure("16³, order 2, 60 samples", 16, Options { order: Order::Two, ..one }, params, &matched)?;
+    let lists = Options { sampling: Sampling::Importance, ..one };
+    measure("16³, 60 samples, lists alone", 16, lists, params, &matched)?;
     let read = Params { reconstruction: Reconstruction::AsPrinted, ..params };
-    measure("16³, 60 samples, read as printed", 16, one, read, &matched)?;
+    measure("16³, lists alone, read as printed", 16, lists, read, &matched)?;
     let printed = Params { footprint: 0.0, jitter: 1.0, ..read };
-    measure("16³, 60 samples, all as printed", 16, one, printed, &matched)?;
+    measure("16³, 60 samples, all as printed", 16, lists, printed, &matched)?;
     let disc = Options { sampling: Sampling::Disc { fraction: 0.9 }, ..one };
     measure("the same, disc of 0.9", 16, disc, printed, &matched)?;
 

@@ -35,12 +35,30 @@ pub struct Sample {
     pub map: u32,
     /// Reflected flux that it stands for, W.
     pub flux: Vec3,
-    /// Fills the row.
-    pub pad0: f32,
+    /// Number of the texel in its map, row by row.
+    pub texel: u32,
     /// Incident flux that it stands for, W: `flux / incident` is the albedo.
     pub incident: Vec3,
     /// Fills the row.
     pub pad1: f32,
+}
+
+/// The part of a map that a hint looks at closely: texels around its own projection, in nodes of the map's pyramid. 32 bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Window {
+    /// Its first texel along both axes.
+    pub first: [u32; 2],
+    /// Past its last texel; the same as `first` for a hint that looks at nothing closely.
+    pub end: [u32; 2],
+    /// Number of the map.
+    pub map: u32,
+    /// Luminance of the flux that it reflects over the squared distance, W/m²: of several maps the one with the most.
+    pub score: f32,
+    /// Fills the row.
+    pub pad0: u32,
+    /// Fills the row.
+    pub pad1: u32,
 }
 
 /// What a hint knows of the lit surfaces around it; kept only where there is more than one bounce. 20 bytes.
@@ -107,10 +125,10 @@ pub struct Settings {
     pub as_printed: u32,
     /// 1 where `enclosure` is known.
     pub enclosed: u32,
-    /// Fills the row.
-    pub pad0: u32,
-    /// Fills the row.
-    pub pad1: u32,
+    /// Nodes along each side of either level of a hint's window.
+    pub side: u32,
+    /// Samples in it; 0 where there are no windows.
+    pub near: u32,
     /// Albedo and depth behind each face; 0 and 1 where `enclosed` is 0.
     pub enclosure: [[f32; 4]; 6],
 }

@@ -11,7 +11,7 @@ mod params;
 mod volume;
 
 pub use error::Error;
-pub use layout::{Sample, Surroundings, Volume};
+pub use layout::{Sample, Surroundings, Volume, Window};
 pub use params::{
     Enclosure, INTERLEAVE, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
 };

@@ -11,7 +11,8 @@ use glam::{Mat3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, LightKind, Material, Scene};
 use radiance_hints::{
-    Error, Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility, cpu,
+    Error, Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
+    cpu::{self, Samples},
 };
 
 fn options() -> Options {
@@ -85,7 +86,7 @@ fn degenerate_scenes_and_options_stay_finite() {
         for cells in [1, 2, 5] {
             let lattice = lattice(scene, cells);
             for visibility in [Visibility::Off, Visibility::RsmDepth, Visibility::CameraDepth] {
-                for sampling in [Sampling::Importance, Sampling::Disc { fraction: 0.2 }] {
+                for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc { fraction: 0.2 }] {
                     let more = Options { visibility, sampling, bounces: 3, resolution: 9, ..options() };
                     render(scene, 1.0, &lattice, &more, &Params::default());
                     let more = Options { order: Order::Two, scale: Scale::Quarter, ..more };
@@ -105,7 +106,7 @@ fn without_light_it_is_black() {
     let mut black = floor_and_wall(lights()[0], 1.0);
     black.materials[0].base_color = Vec3::ZERO;
     for scene in [dark, black] {
-        for sampling in [Sampling::Importance, Sampling::Disc { fraction: 0.5 }] {
+        for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc { fraction: 0.5 }] {
             let options = Options { bounces: 2, sampling, ..options() };
             let output = render(&scene, 1.0, &lattice(&scene, 4), &options, &Params::default());
             assert!(output.image.pixels.iter().all(|p| *p == Vec3::ZERO));
@@ -201,7 +202,9 @@ fn light_does_not_leak_through_a_lit_wall() {
         let options = Options { resolution: 256, visibility, ..Options::default() };
         let params = Params { reconstruction, jitter, ..Params::default() };
         let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
-        let samples = cpu::sample(&rsm, &lattice, &options, 0);
+        let (lists, near) =
+            (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
+        let samples = Samples { lists: &lists, near: &near };
         let blocked =
             cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
         let hints = cpu::estimate(&lattice, &samples, &blocked, &options, &params).hints;

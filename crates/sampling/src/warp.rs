@@ -309,11 +309,31 @@ impl<F: Fn(usize) -> f32> Warp<F> {
     #[must_use]
     #[inline]
     pub fn sample(&self, u: Vec2) -> Sample {
+        self.descend(self.top, self.root, [0, 0], u)
+    }
+
+    /// [`Warp::sample`] within one texel `node` of a level: a point of the texels of level 0 beneath it, whose density
+    /// [`Sample::pdf`] is that *given* the node. `None` for a level or a node that there is not.
+    #[must_use]
+    pub fn sample_within(&self, level: u32, node: [u32; 2], u: Vec2) -> Option<Sample> {
+        if level > self.top {
+            return None;
+        }
+        let size = level_size(self.size, level);
+        if node[0] >= size[0] || node[1] >= size[1] {
+            return None;
+        }
+        let begin = (0..level).map(|l| level_size(self.size, l)).map(|[w, h]| w as usize * h as usize).sum();
+        Some(self.descend(level, begin, node, u))
+    }
+
+    /// Walks down from a texel of `level`, which begins at `offset`.
+    #[inline]
+    fn descend(&self, level: u32, mut offset: usize, [mut x, mut y]: [u32; 2], u: Vec2) -> Sample {
         let unit = |u: f32| if u > 0.0 { u.min(BELOW_ONE) } else { 0.0 };
         let (mut ux, mut uy) = (unit(u.x), unit(u.y));
-        let ([mut x, mut y], mut pdf) = ([0_u32; 2], 1.0);
-        let mut offset = self.root;
-        for level in (0..self.top).rev() {
+        let mut pdf = 1.0;
+        for level in (0..level).rev() {
             let [w, h] = level_size(self.size, level);
             offset -= w as usize * h as usize;
             let group = self.group(level, offset, [w, h], [x, y]);

@@ -11,6 +11,9 @@
 /// One element that is not written where there is one bounce.
 @group(0) @binding(5) var<storage, read_write> surroundings: array<Surroundings>;
 
+/// One element that is not read where there are no windows.
+@group(0) @binding(6) var<storage, read> windows: array<Window>;
+
 @compute @workgroup_size(64)
 fn estimate(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -24,6 +27,7 @@ fn estimate(
     let position = lattice_position(hint);
     let cell = lattice.volume[lattice_volume(hint)].cell;
     let first = list_of(hint) * settings.samples;
+    let window = window_of(hint);
     let shift = shift_of(settings.seed, hint);
     var sh: array<vec3<f32>, 9>;
     var r_min = 0x1.fffffep+127;
@@ -34,23 +38,27 @@ fn estimate(
     var all_flux = vec3(0.0);
     var all_incident = vec3(0.0);
     for (var k = 0u; k < settings.samples; k++) {
-        let s = samples[first + k];
+        let looked = look(hint, window, first, k);
+        let s = looked.sample;
+        let area = s.area * looked.scale;
         let v = s.position - place_of(position, cell, settings.jitter, shift, k);
         let d2 = dot(v, v);
-        if d2 < LEAST_D2 || s.area <= 0.0 {
+        if d2 < LEAST_D2 || area <= 0.0 {
             continue;
         }
         let d = sqrt(d2);
         let w = v * (1.0 / d);
         let cosine = max(-dot(s.normal, w), 0.0);
         // A disc of the sample's area: its solid angle, and what its angular extent leaves of each band.
-        let h = sqrt(d2 + s.area * settings.footprint * INV_PI);
+        let h = sqrt(d2 + area * settings.footprint * INV_PI);
         let weight = 2.0 * cosine / (PI * h * (h + d)) * open_share(hint, k);
         let c = d / h;
         let band1 = 0.5 * (1.0 + c);
         let band2 = c * band1;
         let basis = sh_basis_l2(w);
-        let radiance = s.flux * weight;
+        let flux = s.flux * looked.scale;
+        let incident = s.incident * looked.scale;
+        let radiance = flux * weight;
         sh[0] += radiance * basis[0];
         sh[1] += radiance * (basis[1] * band1);
         sh[2] += radiance * (basis[2] * band1);
@@ -60,14 +68,14 @@ fn estimate(
         sh[6] += radiance * (basis[6] * band2);
         sh[7] += radiance * (basis[7] * band2);
         sh[8] += radiance * (basis[8] * band2);
-        if cosine > 0.0 {
+        if weight > 0.0 {
             r_min = min(r_min, d);
             r_max = max(r_max, d);
         }
         seen += radiance;
-        seen_incident += s.incident * weight;
-        all_flux += s.flux;
-        all_incident += s.incident;
+        seen_incident += incident * weight;
+        all_flux += flux;
+        all_incident += incident;
     }
     let begin = hint * settings.vectors;
     var vectors = pack_hint(sh);

@@ -26,9 +26,19 @@ struct Sample {
     normal: vec3<f32>,
     map: u32,
     flux: vec3<f32>,
-    pad0: f32,
+    texel: u32,
     incident: vec3<f32>,
     pad1: f32,
+}
+
+/// The part of a map that a hint looks at closely.
+struct Window {
+    first: vec2<u32>,
+    end: vec2<u32>,
+    map: u32,
+    score: f32,
+    pad0: u32,
+    pad1: u32,
 }
 
 /// What a hint knows of the lit surfaces around it.
@@ -63,8 +73,9 @@ struct Settings {
     as_printed: u32,
     /// 1 where `enclosure` is known.
     enclosed: u32,
-    pad0: u32,
-    pad1: u32,
+    /// Nodes along each side of either level of a hint's window, and samples in it; 0 where there are no windows.
+    side: u32,
+    near: u32,
     /// Mean albedo and depth of what lies behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
     enclosure: array<vec4<f32>, 6>,
 }

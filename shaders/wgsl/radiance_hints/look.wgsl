@@ -1,5 +1,6 @@
 // look: which samples a hint looks at, and from where.
 // Twin: crates/radiance-hints/src/cpu/look.rs.
+// The including module declares `samples`, the lists and, behind them, what is in the windows of the hints; and `windows`.
 // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences".
 
 /// Which list of samples a hint looks at.
@@ -9,6 +10,37 @@ fn list_of(hint: u32) -> u32 {
     }
     let place = lattice_place(hint) % INTERLEAVE;
     return spread(place.x) | (spread(place.y) << 1u) | (spread(place.z) << 2u);
+}
+
+/// A sample, and what its flux and area are multiplied by.
+struct Look {
+    sample: Sample,
+    scale: f32,
+}
+
+/// The window of a hint; an empty one where there are none.
+fn window_of(hint: u32) -> Window {
+    if settings.near == 0u {
+        return Window();
+    }
+    return windows[hint];
+}
+
+/// Sample `k` of a hint with this window, whose list begins at `first`: a hint with a window takes that much fewer from its
+/// list, each of which stands for more; 0 for those within the window, which are there already.
+fn look(hint: u32, window: Window, first: u32, k: u32) -> Look {
+    var far = settings.samples;
+    if any(window.end != window.first) {
+        far -= settings.near;
+    }
+    if k >= far {
+        let lists = INTERLEAVE * INTERLEAVE * INTERLEAVE * settings.samples;
+        return Look(samples[lists + hint * settings.near + (k - far)], 1.0);
+    }
+    let s = samples[first + k];
+    let at = vec2(s.texel % settings.resolution, s.texel / settings.resolution);
+    let within = s.map == window.map && all(at >= window.first) && all(at < window.end);
+    return Look(s, select(f32(settings.samples) / f32(far), 0.0, within));
 }
 
 /// The two lowest bits, three apart.

@@ -20,6 +20,9 @@ struct DepthCopy {
 @group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> copies: array<f32>;
 
+/// One element that is not read where there are no windows.
+@group(0) @binding(9) var<storage, read> windows: array<Window>;
+
 const STEPS: u32 = 16u;
 const REFINEMENTS: u32 = 5u;
 const POINTS: u32 = 8u;
@@ -69,12 +72,14 @@ fn occlusion_word(i: u32, by_camera: bool) -> u32 {
     let position = lattice_position(hint);
     let cell = lattice.volume[lattice_volume(hint)].cell;
     let first = list_of(hint) * settings.samples;
+    let window = window_of(hint);
     let shift = shift_of(settings.seed, hint);
     var word = 0u;
     for (var k = begin; k < min(begin + 8u, settings.samples); k++) {
-        let s = samples[first + k];
+        let looked = look(hint, window, first, k);
+        let s = looked.sample;
         let y = place_of(position, cell, settings.jitter, shift, k);
-        if s.area <= 0.0 || dot(s.normal, y - s.position) <= 0.0 {
+        if s.area * looked.scale <= 0.0 || dot(s.normal, y - s.position) <= 0.0 {
             continue;
         }
         var found = 0u;

@@ -9,7 +9,7 @@ const TURN_COSINE: f32 = -0.5;
 const NEAR_RADIUS: f32 = 0.3;
 const NEAR_LIFT: f32 = 0.08;
 const FAR_LIFT: f32 = 1.1;
-const MOST_GAIN: f32 = 0.3;
+const MOST_GAIN: f32 = 0.2;
 
 /// Irradiance on the point p with the unit normal n.
 fn field_irradiance(p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {

@@ -59,7 +59,7 @@ fn sample_of_texel(texel: u32, scale: f32) -> Sample {
     let t = texels[texel];
     return Sample(
         positions[texel].xyz, t.area * scale, normals[texel].xyz, current.map,
-        t.reflected * scale, 0.0, t.incident * scale, 0.0,
+        t.reflected * scale, texel, t.incident * scale, 0.0,
     );
 }
 

@@ -45,12 +45,18 @@ fn pyramid_parent(
     }
 }
 
-/// The node of one texel.
+/// The node of one texel. What is not finite counts as unlit: one such texel would be in every sum above it.
 fn leaf(depth: f32, normal: vec3<f32>, texel: Texel) -> Node {
-    if max(max(texel.incident.x, texel.incident.y), texel.incident.z) <= 0.0 {
+    if max(max(texel.incident.x, texel.incident.y), texel.incident.z) <= 0.0
+        || !is_finite3(texel.incident) || !is_finite3(texel.reflected) {
         return NODE_EMPTY;
     }
     return Node(texel.reflected, depth, texel.incident, depth, normal, 0.0);
+}
+
+/// By the bits: shader compilers may assume that there is nothing else.
+fn is_finite3(v: vec3<f32>) -> bool {
+    return all((bitcast<vec3<u32>>(v) & vec3(0x7f800000u)) != vec3(0x7f800000u));
 }
 
 /// The node above the up to four children at (2x, 2y)…(2x+1, 2y+1).

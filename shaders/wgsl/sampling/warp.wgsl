@@ -17,18 +17,24 @@ const WARP_LIMIT: u32 = 0x7dffffffu;
 
 /// The point of a map of `size` texels that u in [0, 1)² goes to.
 fn warp_sample(u: vec2<f32>, size: vec2<u32>) -> WarpSample {
-    var rest = clamp(u, vec2(0.0), vec2(WARP_BELOW_ONE));
-    var texel = vec2(0u);
-    var pdf = 1.0;
-    // From the image to the single texel at the top, to learn where the levels begin.
+    // From the image to the single texel at the top.
     var level = 0u;
-    var offset = 0u;
     var extent = size;
     while any(extent > vec2(1u)) {
-        offset += extent.x * extent.y;
         extent = (extent + 1u) / 2u;
         level += 1u;
     }
+    return warp_sample_within(level, vec2(0u), u, size);
+}
+
+/// The point of the texels beneath texel `node` of a level that u goes to; its density is that given the node.
+fn warp_sample_within(from_level: u32, node: vec2<u32>, u: vec2<f32>, size: vec2<u32>) -> WarpSample {
+    var rest = clamp(u, vec2(0.0), vec2(WARP_BELOW_ONE));
+    var texel = node;
+    var pdf = 1.0;
+    var level = from_level;
+    var offset = warp_level_begin(size, level);
+    var extent = size;
     while level > 0u {
         level -= 1u;
         extent = warp_level_size(size, level);
@@ -49,6 +55,16 @@ fn warp_sample(u: vec2<f32>, size: vec2<u32>) -> WarpSample {
 
 fn warp_level_size(size: vec2<u32>, level: u32) -> vec2<u32> {
     return (size + ((1u << level) - 1u)) >> vec2(level);
+}
+
+/// Where a level begins in the buffer.
+fn warp_level_begin(size: vec2<u32>, level: u32) -> u32 {
+    var begin = 0u;
+    for (var l = 0u; l < level; l++) {
+        let extent = warp_level_size(size, l);
+        begin += extent.x * extent.y;
+    }
+    return begin;
 }
 
 /// The children of `parent`, left and right of the upper row, then of the lower row, or the areas that they cover where

@@ -51,9 +51,9 @@ const PARAMS: [Param; 17] = [
     },
     Param {
         key: "sampling",
-        default: "importance",
-        kind: Kind::Choice(&["importance", "disc"]),
-        doc: "texels by the flux they reflect, or as printed: a disc around the hint's projection",
+        default: "nearby",
+        kind: Kind::Choice(&["nearby", "importance", "disc"]),
+        doc: "texels by the flux they reflect, those near a hint one by one or not; or as printed: a disc around its projection",
     },
     Param {
         key: "disc",
@@ -105,7 +105,7 @@ const PARAMS: [Param; 17] = [
     },
     Param {
         key: "footprint",
-        default: "0.5",
+        default: "0.4",
         kind: Kind::Number { min: 0.0, max: 1.0 },
         doc: "share of a sample's area that bounds 1/d²; 0 is the paper's, unbounded",
     },
@@ -136,7 +136,8 @@ fn options(values: &Values) -> Options {
         samples: values.int("samples"),
         sampling: match values.word("sampling") {
             "disc" => Sampling::Disc { fraction: values.number("disc") },
-            _ => Sampling::Importance,
+            "importance" => Sampling::Importance,
+            _ => Sampling::Nearby,
         },
         visibility: match values.word("visibility") {
             "rsm-depth" => Visibility::RsmDepth,
@@ -271,7 +272,8 @@ impl Technique for RadianceHints {
 
     fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
         let (options, hints) = (options(values), values.int("lattice").pow(3));
-        let lists = u64::from(options.sets(hints)) * u64::from(options.samples);
+        let lists = u64::from(options.sets(hints)) * u64::from(options.samples)
+            + u64::from(hints) * u64::from(options.near());
         let hints = u64::from(hints) * u64::from(options.order.vectors()) * 16;
         let depths = shared::most_maps(profile) * u64::from(options.resolution).pow(2) * 4;
         let rsm = shared::largest_rsm_buffer(options.resolution);
@@ -302,6 +304,7 @@ impl Technique for RadianceHints {
                     "resolution=64",
                     "lattice=7",
                     "samples=12",
+                    "sampling=importance",
                     "visibility=off",
                     "transport=sphere-as-printed",
                     "reconstruct=as-printed",
@@ -506,8 +509,8 @@ impl Gpu {
         .map_err(|e| failure(stage, &e))?;
         let mut found = shared::rsm_twins(&found);
         for t in &mut found {
-            // A segment that grazes a texel's border falls to either side of it, as a silhouette does.
-            if let ("occlusion", Data::Ints(a), Data::Ints(b)) = (t.pass.as_str(), &t.cpu, &t.gpu) {
+            // What grazes a texel's border falls to either side of it, as a silhouette does.
+            if let ("occlusion" | "near", Data::Ints(a), Data::Ints(b)) = (t.pass.as_str(), &t.cpu, &t.gpu) {
                 t.same_triangle = Some(a.iter().zip(b).map(|(a, b)| a == b).collect());
             }
         }

@@ -16,10 +16,10 @@ use sh_math::twins::sh_basis_l2;
 
 use super::{
     field::pack,
-    look::{list_of, place_of, shift_of},
+    look::{Looked, Samples, place_of, shift_of},
     occlusion::{share_of_blocked, words},
 };
-use crate::{Lattice, Options, Params, Sample, Surroundings};
+use crate::{Lattice, Options, Params, Surroundings};
 
 /// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
 /// out.
@@ -38,7 +38,7 @@ pub struct Estimate {
 #[must_use]
 pub fn estimate(
     lattice: &Lattice,
-    samples: &[Sample],
+    samples: &Samples<'_>,
     blocked: &[u32],
     options: &Options,
     params: &Params,
@@ -56,13 +56,13 @@ pub fn estimate(
 fn estimate_hint(
     lattice: &Lattice,
     hint: u32,
-    samples: &[Sample],
+    samples: &Samples<'_>,
     blocked: &[u32],
     options: &Options,
     params: &Params,
 ) -> ([Vec3; 9], Surroundings) {
     let (position, cell) = (lattice.position(hint), lattice.place(hint).0.cell);
-    let first = list_of(lattice, hint, options.sampling) * options.samples;
+    let looked = Looked::new(samples, lattice, options, hint);
     let shift = shift_of(params.seed, hint);
     let mut sh = [Vec3::ZERO; 9];
     let (mut r_min, mut r_max) = (f32::MAX, 0.0_f32);
@@ -70,32 +70,34 @@ fn estimate_hint(
     let (mut seen, mut seen_incident) = (Vec3::ZERO, Vec3::ZERO);
     let (mut all, mut all_incident) = (Vec3::ZERO, Vec3::ZERO);
     for k in 0..options.samples {
-        let s = &samples[(first + k) as usize];
+        let (s, scale) = looked.sample(k);
+        let area = s.area * scale;
         let v = s.position - place_of(position, cell, params.jitter, shift, k);
         let d2 = v.dot(v);
-        if d2 < LEAST_D2 || s.area <= 0.0 {
+        if d2 < LEAST_D2 || area <= 0.0 {
             continue;
         }
         let d = d2.sqrt();
         let w = v * (1.0 / d);
         let cosine = (-s.normal.dot(w)).max(0.0);
-        let h = (d2 + s.area * params.footprint * FRAC_1_PI).sqrt();
+        let h = (d2 + area * params.footprint * FRAC_1_PI).sqrt();
         let weight = 2.0 * cosine / (PI * h * (h + d)) * open(blocked, hint, k, options.samples);
         let c = d / h;
         let bands = [1.0, 0.5 * (1.0 + c), 0.5 * c * (1.0 + c)];
         let basis = sh_basis_l2(w);
-        let radiance = s.flux * weight;
+        let (flux, incident) = (s.flux * scale, s.incident * scale);
+        let radiance = flux * weight;
         for (i, (c, y)) in sh.iter_mut().zip(basis).enumerate() {
             *c += radiance * (y * bands[sh_math::band(i)]);
         }
-        if cosine > 0.0 {
+        if weight > 0.0 {
             r_min = r_min.min(d);
             r_max = r_max.max(d);
         }
         seen += radiance;
-        seen_incident += s.incident * weight;
-        all += s.flux;
-        all_incident += s.incident;
+        seen_incident += incident * weight;
+        all += flux;
+        all_incident += incident;
     }
     let share = |a: f32, b: f32, c: f32, d: f32| {
         if b > 0.0 {

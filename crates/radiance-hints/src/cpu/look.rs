@@ -4,7 +4,8 @@ use glam::{UVec3, Vec2, Vec3};
 use indirect_core::{Projection, View};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 
-use crate::{INTERLEAVE, Lattice, Sampling};
+use super::near::Near;
+use crate::{INTERLEAVE, Lattice, Options, Sample, Sampling, Window};
 
 /// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
 /// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
@@ -13,12 +14,58 @@ const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
 /// Which list of samples a hint looks at.
 pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
     match sampling {
-        Sampling::Importance => {
+        Sampling::Importance | Sampling::Nearby => {
             // The bits of the three coordinates interleaved: each 2³ block of hints has consecutive lists.
             let place = lattice.place(hint).1 % INTERLEAVE;
             spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
         }
         Sampling::Disc { .. } => hint,
+    }
+}
+
+/// What hints look at: the lists, and what is near.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples<'a> {
+    /// [`Options::samples`] samples for each of [`Options::sets`] lists.
+    pub lists: &'a [Sample],
+    /// What hints look at closely.
+    pub near: &'a Near,
+}
+
+/// The samples of one hint.
+pub(super) struct Looked<'a> {
+    list: &'a [Sample],
+    near: &'a [Sample],
+    window: Window,
+    resolution: u32,
+}
+
+impl<'a> Looked<'a> {
+    /// Those of `hint`, from maps of `resolution`² texels.
+    pub(super) fn new(samples: &Samples<'a>, lattice: &Lattice, options: &Options, hint: u32) -> Self {
+        let (count, near) = (options.samples as usize, options.near() as usize);
+        let list = &samples.lists[list_of(lattice, hint, options.sampling) as usize * count..][..count];
+        let window = samples.near.windows.get(hint as usize).copied().unwrap_or_default();
+        let near = if window.end == window.first {
+            &[]
+        } else {
+            &samples.near.samples[hint as usize * near..][..near]
+        };
+        Self { list, near, window, resolution: options.resolution }
+    }
+
+    /// Sample `k` of [`Options::samples`], and what its flux and area are multiplied by: a hint with a window takes that
+    /// much fewer from its list, each of which stands for more; 0 for those within the window, which are there already.
+    pub(super) fn sample(&self, k: u32) -> (&'a Sample, f32) {
+        let far = self.list.len() - self.near.len();
+        if let Some(near) = (k as usize).checked_sub(far) {
+            return (&self.near[near], 1.0);
+        }
+        let s = &self.list[k as usize];
+        let Window { first, end, map, .. } = self.window;
+        let (x, y) = (s.texel % self.resolution, s.texel / self.resolution);
+        let within = s.map == map && x >= first[0] && x < end[0] && y >= first[1] && y < end[1];
+        (s, if within { 0.0 } else { self.list.len() as f32 / far as f32 })
     }
 }
 

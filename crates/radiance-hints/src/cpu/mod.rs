@@ -5,6 +5,7 @@ mod enclosure;
 mod estimate;
 mod field;
 mod look;
+mod near;
 mod occlusion;
 mod reconstruct;
 mod sample;
@@ -22,6 +23,8 @@ pub use bounce::{bounce, bounce_seed, visibility};
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
 pub use field::{Field, Plane, nearest_hint, pack};
+pub use look::Samples;
+pub use near::{Near, near};
 pub use occlusion::{occlusion, share_of_blocked, words};
 pub use reconstruct::{irradiance, low_size, reconstruct};
 pub use sample::sample;
@@ -39,6 +42,8 @@ pub struct Output {
     pub rsm: Rsm,
     /// The lists of samples, one after the other.
     pub samples: Vec<Sample>,
+    /// What hints look at closely; empty for other samplings than [`Sampling::Nearby`](crate::Sampling::Nearby).
+    pub near: Near,
     /// What stands between hints and samples, see [`occlusion`]; empty where nothing is tested.
     pub blocked: Vec<u32>,
     /// The hints after each bounce, see [`Estimate::hints`].
@@ -61,6 +66,8 @@ impl Output {
         let hints: usize = self.bounces.iter().take(3).map(|b| size_of_val(b.as_slice())).sum();
         self.rsm.bytes()
             + size_of_val(self.samples.as_slice())
+            + size_of_val(self.near.samples.as_slice())
+            + size_of_val(self.near.windows.as_slice())
             + size_of_val(self.blocked.as_slice())
             + hints
             + size_of_val(self.surroundings.as_slice())
@@ -87,11 +94,13 @@ pub fn indirect(
     let mut passes = Vec::new();
     let rsm = timed(&mut passes, "maps", || rsm::cpu::generate(accel, &options.rsm()))?;
     let samples = timed(&mut passes, "sample", || sample(&rsm, lattice, options, params.seed));
+    let near = timed(&mut passes, "near", || near(&rsm, lattice, options, params.seed));
+    let looked = Samples { lists: &samples, near: &near };
     let blocked = timed(&mut passes, "occlusion", || {
-        occlusion(&rsm, (view, camera), lattice, &samples, options, params)
+        occlusion(&rsm, (view, camera), lattice, &looked, options, params)
     });
     let Estimate { hints, surroundings } =
-        timed(&mut passes, "estimate", || estimate(lattice, &samples, &blocked, options, params));
+        timed(&mut passes, "estimate", || estimate(lattice, &looked, &blocked, options, params));
     let mut bounces = vec![hints];
     timed(&mut passes, "bounce", || {
         for number in 2..=options.bounces {
@@ -104,7 +113,7 @@ pub fn indirect(
     let low = timed(&mut passes, "reconstruct", || reconstruct(&field, camera, options.scale, params));
     let irradiance = timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
     let image = timed(&mut passes, "shade", || shade(camera, &irradiance));
-    Ok(Output { image, rsm, samples, blocked, bounces, surroundings, low, irradiance, passes })
+    Ok(Output { image, rsm, samples, near, blocked, bounces, surroundings, low, irradiance, passes })
 }
 
 fn timed<T>(passes: &mut Vec<PassTime>, name: &'static str, pass: impl FnOnce() -> T) -> T {

@@ -8,8 +8,8 @@ use indirect_core::{GBuffer, View};
 use rayon::prelude::*;
 use rsm::Rsm;
 
-use super::look::{list_of, place_of, plane_project, shift_of};
-use crate::{Lattice, Options, Params, Sample, Visibility};
+use super::look::{Looked, Samples, place_of, plane_project, shift_of};
+use crate::{Lattice, Options, Params, Visibility};
 
 /// Points of a segment that are looked at.
 const STEPS: u32 = 16;
@@ -40,7 +40,7 @@ pub fn occlusion(
     rsm: &Rsm,
     camera: (&View, &GBuffer),
     lattice: &Lattice,
-    samples: &[Sample],
+    samples: &Samples<'_>,
     options: &Options,
     params: &Params,
 ) -> Vec<u32> {
@@ -57,13 +57,13 @@ pub fn occlusion(
         .map(|i| {
             let (hint, begin) = (i / per_hint, i % per_hint * 8);
             let (position, cell) = (lattice.position(hint), lattice.place(hint).0.cell);
-            let first = list_of(lattice, hint, options.sampling) * options.samples;
+            let looked = Looked::new(samples, lattice, options, hint);
             let shift = shift_of(params.seed, hint);
             let mut word = 0;
             for k in begin..(begin + 8).min(options.samples) {
-                let s = &samples[(first + k) as usize];
+                let (s, scale) = looked.sample(k);
                 let y = place_of(position, cell, params.jitter, shift, k);
-                if s.area <= 0.0 || s.normal.dot(y - s.position) <= 0.0 {
+                if s.area * scale <= 0.0 || s.normal.dot(y - s.position) <= 0.0 {
                     continue;
                 }
                 let blocked = match options.visibility {

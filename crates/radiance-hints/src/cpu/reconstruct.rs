@@ -34,7 +34,7 @@ const TURN: (f32, f32) = (0.866_025_4, -0.5);
 const NEAR_RADIUS: f32 = 0.3;
 const NEAR_LIFT: f32 = 0.08;
 const FAR_LIFT: f32 = 1.1;
-const MOST_GAIN: f32 = 0.3;
+const MOST_GAIN: f32 = 0.2;
 
 /// Width and height of the buffer for an image of `size`.
 #[must_use]

@@ -20,7 +20,7 @@ use crate::{Lattice, Options, Sample, Sampling};
 pub fn sample(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Vec<Sample> {
     let slots = options.sets(lattice.hints()) * options.samples;
     match options.sampling {
-        Sampling::Importance => {
+        Sampling::Importance | Sampling::Nearby => {
             let shares: Vec<f32> = rsm.maps.iter().map(|m| luminance(m.pyramid.top().reflected)).collect();
             (0..slots)
                 .into_par_iter()
@@ -50,7 +50,7 @@ const fn index_of(slot: u32, count: u32) -> u32 {
 }
 
 /// What texel `texel` of map `map` is as a sample that stands for `scale` texels.
-fn sample_of_texel(rsm: &Rsm, map: usize, texel: u32, scale: f32) -> Sample {
+pub(super) fn sample_of_texel(rsm: &Rsm, map: usize, texel: u32, scale: f32) -> Sample {
     let Map { surface, texels, .. } = &rsm.maps[map];
     let (i, t) = (texel as usize, &texels[texel as usize]);
     Sample {
@@ -59,12 +59,13 @@ fn sample_of_texel(rsm: &Rsm, map: usize, texel: u32, scale: f32) -> Sample {
         normal: surface.normal[i],
         map: map as u32,
         flux: t.reflected * scale,
+        texel,
         incident: t.incident * scale,
-        ..Sample::default()
+        pad1: 0.0,
     }
 }
 
-/// [`Sampling::Importance`]: a map in proportion to its reflected luminance, then a texel of it (Clarberg et al. 2005).
+/// [`Sampling::Importance`] and the lists of [`Sampling::Nearby`]: a map in proportion to its reflected luminance, then a texel of it (Clarberg et al. 2005).
 fn importance(rsm: &Rsm, shares: &[f32], u: Vec2, count: u32) -> Sample {
     let mut total = 0.0;
     for share in shares {

@@ -31,6 +31,7 @@ pub struct RadianceHints {
     options: Options,
     rsm: rsm::gpu::Rsm,
     sample: Kernel,
+    near: Option<Kernel>,
     /// Copies depths; tests.
     occlusion: Option<[Kernel; 2]>,
     estimate: Kernel,
@@ -50,7 +51,7 @@ impl RadianceHints {
         options.validate()?;
         let kernel = |module, entry| Kernel::new(device, module, entry, &[]);
         let sample = match options.sampling {
-            Sampling::Importance => "sample_importance",
+            Sampling::Importance | Sampling::Nearby => "sample_importance",
             Sampling::Disc { .. } => "sample_disc",
         };
         let occlusion = match options.visibility {
@@ -63,6 +64,7 @@ impl RadianceHints {
             options: *options,
             rsm: rsm::gpu::Rsm::new(device, &options.rsm())?,
             sample: kernel(&RADIANCE_HINTS_SAMPLE, sample),
+            near: (options.near() > 0).then(|| kernel(&RADIANCE_HINTS_SAMPLE, "sample_near")),
             occlusion: occlusion.map(|entry| {
                 ["occlusion_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_OCCLUSION, entry))
             }),
@@ -94,6 +96,7 @@ impl RadianceHints {
     ) -> Result<(), Error> {
         self.encode_maps(encoder, timer, scene, resources)?;
         self.encode_sample(encoder, timer, resources)?;
+        self.encode_near(encoder, timer, resources)?;
         self.encode_occlusion(encoder, timer, resources)?;
         self.encode_estimate(encoder, timer, resources)?;
         for number in 2..=self.options.bounces {
@@ -134,6 +137,26 @@ impl RadianceHints {
         timer.compute(encoder, "sample", |pass| {
             for group in &resources.sample_groups {
                 self.sample.record(pass, &[group], workgroups);
+            }
+        });
+        Ok(())
+    }
+
+    /// `near`: the windows of the hints and the samples in them; nothing to do where [`Options::near`] is 0.
+    ///
+    /// # Errors
+    /// See [`RadianceHints::encode`].
+    pub fn encode_near(
+        &self,
+        encoder: &mut CommandEncoder,
+        timer: &mut PassTimer,
+        resources: &Resources,
+    ) -> Result<(), Error> {
+        let Some(kernel) = &self.near else { return Ok(()) };
+        let workgroups = workgroups_1d(u64::from(resources.hint_count), WORKGROUP)?;
+        timer.compute(encoder, "near", |pass| {
+            for group in &resources.near_groups {
+                kernel.record(pass, &[group], workgroups);
             }
         });
         Ok(())

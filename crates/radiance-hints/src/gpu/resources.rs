@@ -8,7 +8,7 @@ use rsm::views::MapView;
 use super::RadianceHints;
 use crate::{
     Enclosure, Error, Lattice, Options, Params, Reconstruction, Sample, Sampling, Scale, Surroundings,
-    Transport, Visibility, Volume,
+    Transport, Visibility, Volume, Window,
     layout::{LatticeUniform, Settings, VOLUMES},
 };
 
@@ -58,8 +58,10 @@ pub(super) struct OcclusionGroups {
 pub struct Resources {
     /// The maps.
     pub rsm: rsm::gpu::Resources,
-    /// `array<Sample>`: the lists of samples.
+    /// `array<Sample>`: the lists of samples; behind them [`Options::near`] for each hint.
     pub samples: Buffer,
+    /// `array<Window>`: what hints look at closely; one element where there are no windows.
+    pub windows: Buffer,
     /// `array<u32>`: what stands between hints and samples; one word without a test.
     pub blocked: Buffer,
     /// `array<vec4<f32>>`: the hints after the first bounce, then those of later ones by turns; as many as are held at once.
@@ -77,6 +79,7 @@ pub struct Resources {
     pub(super) low_count: u32,
     pub(super) pixels: u32,
     pub(super) sample_groups: Vec<BindGroup>,
+    pub(super) near_groups: Vec<BindGroup>,
     pub(super) occlusion: Option<OcclusionGroups>,
     pub(super) estimate_group: BindGroup,
     pub(super) bounce_groups: Vec<[BindGroup; 3]>,
@@ -136,7 +139,11 @@ impl Resources {
 
         let settings = uniform_buffer(device, "radiance hints settings", &Settings::zeroed());
         let lattice_buffer = uniform_buffer(device, "radiance hints lattice", &LatticeUniform::zeroed());
-        let samples = empty_storage_buffer::<Sample>(device, "radiance hints samples", u64::from(slots))?;
+        let near = u64::from(hint_count) * u64::from(options.near());
+        let samples =
+            empty_storage_buffer::<Sample>(device, "radiance hints samples", u64::from(slots) + near)?;
+        let windows = if near > 0 { u64::from(hint_count) } else { 1 };
+        let windows = empty_storage_buffer::<Window>(device, "radiance hints windows", windows)?;
         let words = u64::from(hint_count) * u64::from(options.words());
         let blocked = empty_storage_buffer::<u32>(device, "radiance hints occlusion", words)?;
         let vectors = u64::from(hint_count) * u64::from(options.order.vectors());
@@ -156,7 +163,7 @@ impl Resources {
         let by_camera = options.visibility == Visibility::CameraDepth;
         let views = empty_storage_buffer::<ViewUniform>(device, "radiance hints views", maps as u64)?;
 
-        let sample_groups = (0..)
+        let (sample_groups, near_groups): (_, Vec<Option<BindGroup>>) = (0..)
             .zip(&rsm.maps)
             .map(|(map, m)| {
                 let index =
@@ -169,15 +176,26 @@ impl Resources {
                     (5, m.texels.as_entire_binding()),
                     (6, samples.as_entire_binding()),
                 ];
-                if options.sampling == Sampling::Importance {
-                    resources.extend([(7, m.nodes.as_entire_binding()), (8, rsm.tops.as_entire_binding())]);
-                } else {
+                if matches!(options.sampling, Sampling::Disc { .. }) {
                     resources
                         .extend([(1, lattice_buffer.as_entire_binding()), (9, views.as_entire_binding())]);
+                } else {
+                    resources.extend([(7, m.nodes.as_entire_binding()), (8, rsm.tops.as_entire_binding())]);
                 }
-                hints.sample.bind(device, 0, &resources)
+                let near = hints.near.as_ref().map(|kernel| {
+                    let mut resources: Vec<_> =
+                        resources.iter().filter(|(binding, _)| *binding != 8).cloned().collect();
+                    resources.extend([
+                        (1, lattice_buffer.as_entire_binding()),
+                        (9, views.as_entire_binding()),
+                        (10, windows.as_entire_binding()),
+                    ]);
+                    kernel.bind(device, 0, &resources)
+                });
+                (hints.sample.bind(device, 0, &resources), near)
             })
-            .collect();
+            .unzip();
+        let near_groups = near_groups.into_iter().flatten().collect();
 
         let camera_view = empty_storage_buffer::<ViewUniform>(device, "radiance hints camera", 1)?;
         let mut depths = None;
@@ -213,6 +231,7 @@ impl Resources {
                     (3, looking.as_entire_binding()),
                     (4, buffer.as_entire_binding()),
                     (5, blocked.as_entire_binding()),
+                    (9, windows.as_entire_binding()),
                 ];
                 let test = test.bind(device, 0, &resources);
                 depths = Some(buffer);
@@ -230,6 +249,7 @@ impl Resources {
                 (3, blocked.as_entire_binding()),
                 (4, volumes[0].as_entire_binding()),
                 (5, surroundings.as_entire_binding()),
+                (6, windows.as_entire_binding()),
             ],
         );
         let bounce_settings: Vec<_> = (2..=options.bounces)
@@ -286,6 +306,7 @@ impl Resources {
         Ok(Self {
             rsm,
             samples,
+            windows,
             blocked,
             volumes,
             surroundings,
@@ -297,6 +318,7 @@ impl Resources {
             low_count,
             pixels,
             sample_groups,
+            near_groups,
             occlusion,
             estimate_group,
             bounce_groups,
@@ -374,7 +396,7 @@ impl Resources {
     fn settings_of(&self, params: &Params) -> Settings {
         let options = &self.options;
         let (sampling, fraction) = match options.sampling {
-            Sampling::Importance => (0, 0.0),
+            Sampling::Importance | Sampling::Nearby => (0, 0.0),
             Sampling::Disc { fraction } => (1, fraction),
         };
         let Enclosure { albedo, depth } = params.enclosure.unwrap_or_default();
@@ -394,8 +416,8 @@ impl Resources {
             words: options.words(),
             as_printed: u32::from(params.reconstruction == Reconstruction::AsPrinted),
             enclosed: u32::from(params.enclosure.is_some()),
-            pad0: 0,
-            pad1: 0,
+            side: options.side(),
+            near: options.near(),
             enclosure,
         }
     }
@@ -406,11 +428,19 @@ impl Resources {
         &self.volumes[volume_of(self.options.bounces)]
     }
 
-    /// GPU memory, bytes: the maps', `64·samples` of the lists, [`Options::hint_bytes`] of the hints, and what else the
+    /// GPU memory, bytes: the maps', 64 for each sample of lists and windows, [`Options::hint_bytes`] of the hints, and what else the
     /// options ask for.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let own = [&self.samples, &self.blocked, &self.surroundings, &self.low, &self.image, &self.settings];
+        let own = [
+            &self.samples,
+            &self.windows,
+            &self.blocked,
+            &self.surroundings,
+            &self.low,
+            &self.image,
+            &self.settings,
+        ];
         let rest = [&self.lattice, &self.views, &self.camera_view];
         let mut bytes: u64 = own.iter().chain(&rest).map(|b| b.size()).sum();
         bytes += self.volumes.iter().chain(&self.bounce_settings).map(Buffer::size).sum::<u64>();
@@ -446,8 +476,9 @@ mod tests {
         assert_layout!(RADIANCE_HINTS_RECONSTRUCT, "Target" = Target { size, small, step, pad0, pad1, pad2 });
         assert_layout!(
             RADIANCE_HINTS_SAMPLE,
-            "Sample" = Sample { position, area, normal, map, flux, pad0, incident, pad1 }
+            "Sample" = Sample { position, area, normal, map, flux, texel, incident, pad1 }
         );
+        assert_layout!(RADIANCE_HINTS_SAMPLE, "Window" = Window { first, end, map, score, pad0, pad1 });
         assert_layout!(
             RADIANCE_HINTS_BOUNCE,
             "Volume" = Volume { origin, first, cell, pad0, resolution, pad1 }
@@ -474,8 +505,8 @@ mod tests {
                 words,
                 as_printed,
                 enclosed,
-                pad0,
-                pad1,
+                side,
+                near,
                 enclosure
             }
         );

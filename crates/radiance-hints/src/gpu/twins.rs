@@ -5,7 +5,7 @@ use indirect_gpu::{GBufferTarget, PassTimer, Vec3Pad, read_buffer};
 use rsm::gpu::{Data, Twin};
 
 use super::{RadianceHints, Resources, resources::volume_of};
-use crate::{Error, Sample, Scale, Surroundings, cpu};
+use crate::{Error, Sample, Scale, Surroundings, Window, cpu};
 
 /// Runs every GPU pass after the maps on what the *CPU's* preceding passes computed and returns all buffers beside their
 /// twins, so that a difference shows in the pass that makes it and nowhere else. Submits and blocks: for tests and tools.
@@ -14,7 +14,8 @@ use crate::{Error, Sample, Scale, Surroundings, cpu};
 /// `camera_buffers` are the target that `resources` were made for. Their contents are overwritten. The maps themselves are
 /// compared by [`rsm::gpu::twins`].
 ///
-/// In the buffer of `occlusion` a word may differ where a segment grazes a texel's border: count them.
+/// In the buffer of `occlusion` a word may differ where a segment grazes a texel's border, and in `near` a window where a
+/// hint's projection does: count them.
 ///
 /// # Errors
 /// [`Error::Gpu`] where a buffer cannot be read back, [`Error::MapCount`] where `resources` hold another number of maps.
@@ -47,18 +48,32 @@ pub fn twins(
     gpu.run(|encoder| hints.encode_sample(encoder, timer, resources))?;
     let mut found: Vec<Sample> = gpu.read(&resources.samples)?;
     found.truncate(expected.samples.len());
-    let mut field = |name: &str, get: fn(&Sample) -> Vec<f32>| {
-        let of = |s: &[Sample]| floats(s.iter().flat_map(get).collect(), get(&Sample::default()).len());
-        add("sample", name.to_owned(), of(&expected.samples), of(&found));
-    };
-    field("position", |s| s.position.to_array().to_vec());
-    field("normal", |s| s.normal.to_array().to_vec());
-    field("flux", |s| s.flux.to_array().to_vec());
-    field("incident", |s| s.incident.to_array().to_vec());
-    field("area", |s| vec![s.area]);
-    let map_of = |s: &[Sample]| Data::U32(s.iter().map(|s| s.map).collect());
-    add("sample", "map".to_owned(), map_of(&expected.samples), map_of(&found));
+    samples("sample", &expected.samples, &found, &mut add);
     gpu.write(&resources.samples, &expected.samples);
+
+    let near = &expected.near;
+    if !near.windows.is_empty() {
+        gpu.run(|encoder| hints.encode_near(encoder, timer, resources))?;
+        let windows: Vec<Window> = gpu.read(&resources.windows)?;
+        let mut found: Vec<Sample> = gpu.read(&resources.samples)?;
+        let mut found = found.split_off(expected.samples.len());
+        // Another window, other samples: counted once, as a window.
+        let count = hints.options().near() as usize;
+        let place = |w: &Window| [w.first[0], w.first[1], w.end[0], w.end[1], w.map];
+        for (i, (a, b)) in near.windows.iter().zip(&windows).enumerate() {
+            if place(a) != place(b) || a.first == a.end {
+                let own = i * count..(i + 1) * count;
+                found[own.clone()].copy_from_slice(&near.samples[own]);
+            }
+        }
+        let places = |w: &[Window]| Data::U32(w.iter().flat_map(place).collect());
+        add("near", "windows".to_owned(), places(&near.windows), places(&windows));
+        samples("near", &near.samples, &found, &mut add);
+        let mut all = expected.samples.clone();
+        all.extend(&near.samples);
+        gpu.write(&resources.samples, &all);
+        gpu.write(&resources.windows, &near.windows);
+    }
 
     if !expected.blocked.is_empty() {
         gpu.run(|encoder| hints.encode_occlusion(encoder, timer, resources))?;
@@ -128,6 +143,26 @@ pub fn twins(
     let found = gpu.read::<f32>(&resources.image)?;
     add("shade", "image".to_owned(), floats(bytemuck::cast_slice(&image).to_vec(), 4), floats(found, 4));
     Ok(twins)
+}
+
+/// Compares samples field by field.
+fn samples(
+    pass: &'static str,
+    expected: &[Sample],
+    found: &[Sample],
+    add: &mut impl FnMut(&'static str, String, Data, Data),
+) {
+    let mut field = |name: &str, get: fn(&Sample) -> Vec<f32>| {
+        let of = |s: &[Sample]| floats(s.iter().flat_map(get).collect(), get(&Sample::default()).len());
+        add(pass, name.to_owned(), of(expected), of(found));
+    };
+    field("position", |s| s.position.to_array().to_vec());
+    field("normal", |s| s.normal.to_array().to_vec());
+    field("flux", |s| s.flux.to_array().to_vec());
+    field("incident", |s| s.incident.to_array().to_vec());
+    field("area", |s| vec![s.area]);
+    let texels = |s: &[Sample]| Data::U32(s.iter().flat_map(|s| [s.map, s.texel]).collect());
+    add(pass, "map and texel".to_owned(), texels(expected), texels(found));
 }
 
 fn floats(values: Vec<f32>, components: usize) -> Data {

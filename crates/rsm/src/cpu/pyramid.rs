@@ -32,9 +32,9 @@ pub fn pyramid(surface: &GBuffer, texels: &[Texel]) -> Pyramid {
     Pyramid { layout, nodes }
 }
 
-/// The node of one texel.
+/// The node of one texel. What is not finite counts as unlit: one such texel would be in every sum above it.
 fn leaf(depth: f32, normal: Vec3, texel: &Texel) -> Node {
-    if texel.incident.max_element() <= 0.0 {
+    if texel.incident.max_element() <= 0.0 || !texel.incident.is_finite() || !texel.reflected.is_finite() {
         return Node::EMPTY;
     }
     Node {
