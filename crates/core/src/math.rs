@@ -9,7 +9,8 @@ use glam::Vec3;
 #[must_use]
 #[inline]
 pub fn orthonormal_basis(n: Vec3) -> (Vec3, Vec3) {
-    let sign = 1.0_f32.copysign(n.z);
+    // Not by the sign's bit: a shader cannot tell −0 from 0, and two bases would differ.
+    let sign = if n.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (sign + n.z);
     let b = n.x * n.y * a;
     (Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y))
@@ -92,6 +93,13 @@ mod tests {
         }
         assert!((t.length() - 1.0).abs() <= 3e-7 && (b.length() - 1.0).abs() <= 3e-7, "{n}");
         assert!(t.cross(b).dot(n) > 0.999_999, "{n} is left-handed");
+    }
+
+    /// Shaders compare, and to them both zeros are one.
+    #[test]
+    fn basis_of_minus_zero_is_that_of_zero() {
+        let n = Vec3::new(0.6, 0.8, 0.0);
+        assert_eq!(orthonormal_basis(n), orthonormal_basis(n.with_z(-0.0)));
     }
 
     #[test]
