@@ -4,6 +4,7 @@
 //! out and the reason is printed.
 
 use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -152,6 +153,9 @@ fn rays(folder: &Path, python: Option<&Path>) -> Outcome {
                 }
             }
             say(best);
+            if let Some(speedup) = ours.get("speedup_two_threads") {
+                say(format!("Two threads against one: {speedup}×"));
+            }
         }
         Err(why) => say(format!("without Embree: {why}")),
     }
@@ -219,7 +223,12 @@ fn paths(folder: &Path, name: &str, python: Option<&Path>, llvm: Option<&Path>) 
     let ours = ours(&scene, name)?;
     let Some(python) = python else { return Ok(()) };
     let xml = export(&scene, &folder.join(name))?;
-    let reference = folder.join(name).join("reference.npy");
+    // Of this very scene: another one has another name.
+    let text = std::fs::read(&xml).map_err(|e| Failure::file(&xml, e))?;
+    let mut hasher = DefaultHasher::new();
+    (text, &scene.mesh.positions.iter().map(|p| p.to_array().map(f32::to_bits)).collect::<Vec<_>>())
+        .hash(&mut hasher);
+    let reference = folder.join(name).join(format!("reference-{:016x}.npy", hasher.finish()));
     let call = |variant: &str, sampler: &str, spps: &[u32]| {
         let mut command = Command::new(python);
         command.arg(script("mitsuba_render.py")).arg(variant).arg(&xml).arg(sampler).arg(&reference);
@@ -284,7 +293,7 @@ fn busy(start: Instant) -> f64 {
     if nanoseconds > 0.0 { nanoseconds * 1e-9 } else { wall() }
 }
 
-/// Rows of the path tracer; the last is returned: pixel centres, the most samples.
+/// Rows of the path tracer. The last of the pixel's area, which is what the peers integrate, is returned.
 fn ours(scene: &Scene, name: &str) -> Outcome<Option<Row>> {
     let accel = Accel::build(scene, BuildPreset::Best);
     let camera = scene.cameras.first().ok_or(Failure::Check(format!("{name} has no camera")))?;
@@ -292,7 +301,7 @@ fn ours(scene: &Scene, name: &str) -> Outcome<Option<Row>> {
     let start = Instant::now();
     let mut last = None;
     for (filter, label) in
-        [(PixelFilter::Box, "ours, pixel area"), (PixelFilter::Center, "ours, pixel centre")]
+        [(PixelFilter::Center, "ours, pixel centre"), (PixelFilter::Box, "ours, pixel area")]
     {
         let trace = |spp: u32, seed: u32| {
             let settings = Settings {

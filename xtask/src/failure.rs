@@ -45,6 +45,23 @@ pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Outcome {
     std::fs::write(path, bytes).map_err(|e| Failure::file(path, e))
 }
 
+/// Fails early where a file cannot be written; changes none that is there and leaves none behind that was not.
+pub(crate) fn writable(path: &Path) -> Outcome {
+    if let Some(parent) = path.parent()
+        && !parent.as_os_str().is_empty()
+    {
+        std::fs::create_dir_all(parent).map_err(|e| Failure::file(parent, e))?;
+    }
+    let existed = path.exists();
+    let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    open.map_err(|e| Failure::file(path, format!("cannot be written: {e}")))?;
+    if !existed {
+        // Best effort: an empty file is no harm.
+        let _ = std::fs::remove_file(path);
+    }
+    Ok(())
+}
+
 /// Writes a value as indented JSON.
 pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Outcome {
     let mut text = serde_json::to_string_pretty(value).map_err(|e| Failure::file(path, e))?;

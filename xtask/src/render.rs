@@ -1,7 +1,5 @@
 //! `render`: one image as EXR, and what it took as JSON.
 
-use std::path::Path;
-
 use indirect_core::{Image, SceneProfile};
 use indirect_scene::exr;
 use reference_pathtracer::{Bounces, Components, PixelFilter};
@@ -77,7 +75,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
     let options = reference_options(args)?;
     let values = match &chosen {
-        Some(t) => Values::parse(t.name(), t.params(), &args.set)?,
+        Some(t) => Values::parse(t.name(), t.params(), &with_bounces(args, t.as_ref()))?,
         None => Values::parse(REFERENCE, &[], &args.set)?,
     };
     if out.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
@@ -86,12 +84,13 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     if chosen.is_none() && args.backend == Some(BackendArg::Gpu) {
         return Err(Failure::Input("--backend gpu: the reference runs on the CPU".into()));
     }
-    writable(out)?;
-    args.stats.as_deref().map(writable).transpose()?;
+    failure::writable(out)?;
+    args.stats.as_deref().map(failure::writable).transpose()?;
     let source = Source::load(scene)?;
     source.warnings.iter().for_each(|w| warn(format!("{}: {w}", source.file)));
     let camera = source.camera(args.camera.as_deref())?;
     let size = size.unwrap_or_else(|| Source::size(camera, DEFAULT_WIDTH));
+    let mut on_cpu = None;
     let mut rendered = match &chosen {
         None => {
             let stage = Stage::new(&source, camera, size, None);
@@ -107,12 +106,12 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
             } else {
                 match gpu::open(
                     &source.scene,
-                    technique.largest_buffer(&SceneProfile::of(&source.scene), &values),
+                    technique.largest_buffer(&SceneProfile::of(&source.scene), size, &values),
                 ) {
                     Ok(gpu) => Some(gpu),
                     Err(f) if backend.is_some() => return Err(f),
                     Err(f) => {
-                        warn(format!("{}; the CPU renders", f.line()));
+                        on_cpu = Some(format!("{}; the CPU renders", f.line()));
                         None
                     }
                 }
@@ -121,6 +120,7 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
             render_technique(technique.as_ref(), &values, &stage, args, &options)?
         }
     };
+    rendered.notes.warnings.extend(on_cpu);
     let non_finite = rendered.image.non_finite();
     if non_finite > 0 {
         // Counted in the stats and never written.
@@ -220,7 +220,7 @@ fn render_technique(
 ) -> Outcome<Rendered> {
     let backend = if stage.gpu.is_some() { Backend::Gpu } else { Backend::Cpu };
     let mut notes = technique.notes(&stage.profile);
-    notes.warnings.extend(ignored(args, technique.name()));
+    notes.warnings.extend(ignored(args, technique, values));
     let start = std::time::Instant::now();
     let mut renderer = technique.prepare(stage, values, args.seed, backend)?;
     let prepare_ms = start.elapsed().as_secs_f64() * 1e3 + stage.accel_ms;
@@ -245,27 +245,27 @@ fn render_technique(
     })
 }
 
-/// Options that only the reference understands.
-fn ignored(args: &RenderArgs, technique: &str) -> Vec<String> {
-    let given = [
-        ("--bounces", args.bounces.is_some()),
-        ("--unoccluded", args.unoccluded),
-        ("--pixel-filter box", args.pixel_filter == PixelFilterArg::Box),
-    ];
-    let given = given.into_iter().filter(|(_, given)| *given);
-    given
-        .map(|(option, _)| format!("{option} is an option of the reference: {technique} ignores it"))
-        .collect()
+/// The pairs of `--set`, after `--bounces` for a technique that has such a key: the more special one wins.
+fn with_bounces(args: &RenderArgs, technique: &dyn technique::Technique) -> Vec<String> {
+    let has_key = technique.params().iter().any(|p| p.key == "bounces");
+    let bounces = args.bounces.as_deref().filter(|b| has_key && *b != "inf");
+    bounces.map(|b| format!("bounces={b}")).into_iter().chain(args.set.iter().cloned()).collect()
 }
 
-/// Fails early where a file cannot be written; leaves no file behind that was not there.
-fn writable(path: &Path) -> Outcome {
-    let existed = path.exists();
-    let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
-    open.map_err(|e| Failure::file(path, format!("cannot be written: {e}")))?;
-    if !existed {
-        // Best effort: an empty file is no harm.
-        let _ = std::fs::remove_file(path);
+/// Options that a technique cannot follow.
+fn ignored(args: &RenderArgs, technique: &dyn technique::Technique, values: &Values) -> Vec<String> {
+    let name = technique.name();
+    let models = technique.transport(values).bounces;
+    let mut said = Vec::new();
+    if let Some(asked) = args.bounces.as_deref().filter(|b| b.parse() != Ok(models)) {
+        let plural = if models == 1 { "" } else { "s" };
+        said.push(format!("--bounces {asked}: {name} models {models} bounce{plural}"));
     }
-    Ok(())
+    let reference =
+        [("--unoccluded", args.unoccluded), ("--pixel-filter box", args.pixel_filter == PixelFilterArg::Box)];
+    let given = reference.into_iter().filter(|(_, given)| *given);
+    said.extend(
+        given.map(|(option, _)| format!("{option} is an option of the reference: {name} ignores it")),
+    );
+    said
 }

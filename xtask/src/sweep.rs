@@ -1,12 +1,13 @@
 //! `sweep`: speed against error of one scene, as JSON.
 
 use crate::cli::SweepArgs;
-use crate::failure::Outcome;
+use crate::failure::{self, Outcome};
 use crate::report::{self, Effort};
 use crate::{gpu, setup, technique, warn};
 
 pub(crate) fn run(args: &SweepArgs) -> Outcome {
     let techniques = technique::find_all(&args.techniques)?;
+    failure::writable(&args.json)?;
     let adapter = gpu::describe();
     if adapter.is_none() {
         warn(format!("{}: only the CPU is measured", setup::NO_ADAPTER));

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &TemporalArgs) -> Outcome {
     let motion = Motion::new(&source.scene, &camera, &args.moving)
         .map_err(|why| Failure::Input(format!("{}: {why}", args.scene)))?;
     let profile = indirect_core::SceneProfile::of(&source.scene);
-    let bytes = runs.iter().map(|r| r.technique.largest_buffer(&profile, &r.values)).max().unwrap_or(0);
+    let bytes = runs.iter().map(|r| r.technique.largest_buffer(&profile, size, &r.values)).max().unwrap_or(0);
     let adapter = if args.cpu_only { None } else { gpu::describe() };
     if adapter.is_none() && !args.cpu_only {
         warn(format!("{}: the frames are rendered on the CPU", setup::NO_ADAPTER));

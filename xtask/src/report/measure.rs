@@ -74,7 +74,11 @@ pub(crate) fn scene(
     let start = Instant::now();
     let camera = source.camera(None)?;
     let size = Source::size(camera, effort.width());
-    let gpu = if with_gpu { Some(crate::gpu::open(&source.scene, 0)?) } else { None };
+    let mut warnings = source.warnings.clone();
+    // A scene that does not fit the adapter is still measured on the CPU.
+    let gpu = with_gpu
+        .then(|| crate::gpu::open(&source.scene, 0))
+        .and_then(|gpu| gpu.map_err(|f| warnings.push(format!("the GPU is left out: {}", f.line()))).ok());
     let stage = Stage::new(source, camera, size, gpu);
     let truth = truth(&stage, effort)?;
     let mut models = Models { source, stage: &stage, truth: &truth, effort, made: BTreeMap::new() };
@@ -108,7 +112,7 @@ pub(crate) fn scene(
         accel_bytes: stage.accel.bytes() as u64,
         peak_bytes: peak_bytes(),
         seconds: start.elapsed().as_secs_f64(),
-        warnings: source.warnings.clone(),
+        warnings,
         front: front(&runs),
         truth,
         runs,

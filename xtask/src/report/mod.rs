@@ -25,8 +25,8 @@ pub(crate) fn run(args: &ReportArgs) -> Outcome {
     let quick = args.quick || args.scenes.is_empty();
     let scenes = if args.scenes.is_empty() { vec![DEFAULT_SCENE.to_owned()] } else { args.scenes.clone() };
     // An output folder that cannot be written is found before the work, not after.
-    let probe = args.out.join("report.json");
-    failure::write(&probe, "")?;
+    let json = args.out.join("report.json");
+    failure::writable(&json)?;
     if !args.cpu_only {
         setup::vulkan_driver();
     }
@@ -44,12 +44,24 @@ pub(crate) fn run(args: &ReportArgs) -> Outcome {
     }
     let effort = Effort { quick };
     let techniques = technique::real_time();
-    let mut measured = Vec::new();
+    let (mut measured, mut failed) = (Vec::new(), None);
     for (i, argument) in scenes.iter().enumerate() {
         if scenes.len() > 1 {
             say(format!("[{}/{}] {argument}", i + 1, scenes.len()));
         }
-        measured.push(scene(argument, &techniques, effort, adapter.is_some())?);
+        match scene(argument, &techniques, effort, adapter.is_some()) {
+            Ok(report) => measured.push(report),
+            // What the other scenes took hours for is not lost.
+            Err(f) if scenes.len() > 1 => {
+                warn(f.line());
+                left_out.push(format!("{argument} was left out: {}", f.line()));
+                failed.get_or_insert(f);
+            }
+            Err(f) => return Err(f),
+        }
+    }
+    if measured.is_empty() {
+        return failed.map_or(Ok(()), Err);
     }
     let report = Report {
         machine: machine(adapter),
@@ -60,10 +72,10 @@ pub(crate) fn run(args: &ReportArgs) -> Outcome {
     };
     let page = args.out.join("index.html");
     failure::write(&page, page::html(&report)?)?;
-    failure::write_json(&probe, &report)?;
+    failure::write_json(&json, &report)?;
     failure::write(&args.out.join("report.csv"), csv(&report.scenes))?;
     say(format!("{}", page.display()));
-    Ok(())
+    failed.map_or(Ok(()), Err)
 }
 
 /// Loads and measures a scene and says in a line what came out.

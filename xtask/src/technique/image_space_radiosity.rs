@@ -222,9 +222,9 @@ impl Technique for ImageSpaceRadiosity {
         notes
     }
 
-    fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
-        // Each pyramid is a third larger than its image, and all maps' patches are one buffer. The image's size is not known
-        // here: its blocks stay below the default limit up to two million pixels, and the G-buffer's own needs beyond.
+    fn largest_buffer(&self, profile: &SceneProfile, size: [u32; 2], values: &Values) -> u64 {
+        // Each pyramid is a third larger than its image, and all maps' patches are one buffer.
+        let blocks = shared::image_buffer(size) / 16 * 4 / 3 * size_of::<Block>() as u64 + 4096;
         let texels = u64::from(values.int("resolution")).pow(2);
         let maps = shared::most_maps(profile);
         let node = size_of::<Patch>().max(size_of::<Branch>()).max(size_of::<Block>()) as u64;
@@ -235,7 +235,7 @@ impl Technique for ImageSpaceRadiosity {
         };
         // Rounded up to a whole chunk of the gather.
         let lights = (lights + 1024) * size_of::<rsm::Vpl>() as u64;
-        shared::largest_rsm_buffer(values.int("resolution")).max(patches).max(lights)
+        shared::largest_rsm_buffer(values.int("resolution")).max(patches).max(lights).max(blocks)
     }
 
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {

@@ -57,7 +57,7 @@ pub(crate) trait Technique {
         Transport { bounces: 1, occluded: false }
     }
     /// Bytes of the largest GPU buffer that these values need; beyond 128 MiB the device is asked for it.
-    fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64;
+    fn largest_buffer(&self, profile: &SceneProfile, size: [u32; 2], values: &Values) -> u64;
     /// Allocates, compiles and uploads what frames need.
     fn prepare(
         &self,
@@ -143,7 +143,8 @@ pub(crate) struct Twin {
 }
 
 impl Twin {
-    /// Adds 1 % to the largest number of the GPU, or 1 to the first whole one: what a comparison must notice.
+    /// Adds 1 % to the largest number of the GPU (1 where all are 0), or 1 to the first whole one: what a comparison must
+    /// notice.
     pub(crate) fn perturb(&mut self) {
         let mask = self.same_triangle.as_deref();
         match &mut self.gpu {
@@ -154,7 +155,7 @@ impl Twin {
                     .filter(|i| seen(*i))
                     .max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()));
                 if let Some(i) = largest {
-                    values[i] += 0.01 * values[i].abs() + 1e-5;
+                    values[i] = if values[i] == 0.0 { 1.0 } else { 1.01 * values[i] };
                 }
             }
         }
@@ -188,6 +189,11 @@ pub(crate) fn find(name: &str) -> Outcome<Box<dyn Technique>> {
 
 /// The real-time techniques of these names; all of them where there are no names.
 pub(crate) fn find_all(names: &[String]) -> Outcome<Vec<Box<dyn Technique>>> {
+    if names.iter().any(|n| n == REFERENCE) {
+        return Err(Failure::Input(format!(
+            "--technique {REFERENCE}: it is what the others are held against; use `render`"
+        )));
+    }
     if names.is_empty() { Ok(real_time()) } else { names.iter().map(|n| find(n)).collect() }
 }
 

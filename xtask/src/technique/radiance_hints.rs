@@ -270,14 +270,15 @@ impl Technique for RadianceHints {
         Transport { bounces: values.int("bounces"), occluded: values.word("visibility") != "off" }
     }
 
-    fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
+    fn largest_buffer(&self, profile: &SceneProfile, size: [u32; 2], values: &Values) -> u64 {
         let (options, hints) = (options(values), values.int("lattice").pow(3));
         let lists = u64::from(options.sets(hints)) * u64::from(options.samples)
             + u64::from(hints) * u64::from(options.near());
         let hints = u64::from(hints) * u64::from(options.order.vectors()) * 16;
         let depths = shared::most_maps(profile) * u64::from(options.resolution).pow(2) * 4;
         let rsm = shared::largest_rsm_buffer(options.resolution);
-        (lists * size_of::<radiance_hints::Sample>() as u64).max(hints).max(depths).max(rsm)
+        let lists = lists * size_of::<radiance_hints::Sample>() as u64;
+        lists.max(hints).max(depths).max(rsm).max(shared::image_buffer(size))
     }
 
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {

@@ -9,10 +9,10 @@ use reference_pathtracer::{
 };
 use serde_json::{Map, Value, json};
 
-use crate::failure::{Failure, Outcome};
-use crate::progress;
+use crate::failure::{self, Failure, Outcome};
 use crate::stage::Stage;
 use crate::technique::Notes;
+use crate::{progress, warn};
 
 pub(crate) const SUMMARY: &str =
     "unbiased path tracing on the CPU: the truth that techniques are measured against";
@@ -86,8 +86,12 @@ impl Reference {
         Ok(Self { estimate, ms })
     }
 
-    /// Renders, or finds the result of an earlier run under `target/`.
+    /// Renders, or finds the result of an earlier run under `target/`. Where that cannot be written nothing is kept.
     pub(crate) fn cached(stage: &Stage<'_>, options: &ReferenceOptions, what: &str) -> Outcome<Estimate> {
+        if let Err(f) = failure::writable(&cache().join("probe")) {
+            warn(format!("references are not kept: {}", f.line()));
+            return Ok(Self::render(stage, options, what)?.estimate);
+        }
         let bar = progress::bar(1000, what);
         let settings = options.settings();
         let estimate = render_cached(&cache(), &stage.accel, &stage.view, stage.size, &settings, &|done| {

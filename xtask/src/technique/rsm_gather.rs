@@ -102,7 +102,7 @@ impl Technique for RsmGather {
         notes
     }
 
-    fn largest_buffer(&self, profile: &SceneProfile, values: &Values) -> u64 {
+    fn largest_buffer(&self, profile: &SceneProfile, size: [u32; 2], values: &Values) -> u64 {
         let texels = u64::from(values.int("resolution")).pow(2);
         let maps = shared::most_maps(profile);
         let vpls = match values.word("select") {
@@ -110,7 +110,8 @@ impl Technique for RsmGather {
             "grid" => maps * u64::from(values.int("cells")).pow(2),
             _ => u64::from(values.int("vpls")),
         };
-        shared::largest_rsm_buffer(values.int("resolution")).max(vpls * size_of::<rsm::Vpl>() as u64)
+        let vpls = vpls * size_of::<rsm::Vpl>() as u64;
+        shared::largest_rsm_buffer(values.int("resolution")).max(vpls).max(shared::image_buffer(size))
     }
 
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {

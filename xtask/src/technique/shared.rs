@@ -66,6 +66,11 @@ pub(super) fn largest_rsm_buffer(resolution: u32) -> u64 {
     u64::from(resolution).pow(2) * size_of::<rsm::layout::Node>() as u64 * 4 / 3
 }
 
+/// Bytes of a buffer of four numbers per pixel.
+pub(super) fn image_buffer(size: [u32; 2]) -> u64 {
+    u64::from(size[0]) * u64::from(size[1]) * 16
+}
+
 pub(super) fn failure(stage: &Stage<'_>, technique: &str, error: &dyn Display) -> Failure {
     Failure::Input(format!("{}: {technique}: {error}", stage.file))
 }

@@ -174,12 +174,16 @@ impl Gpu<'_> {
                 let buffer = format!("level {k} {field}");
                 twins.push(Twin { pass: "pyramid", buffer, map: Some(i), cpu, gpu });
             };
-            let flux = |nodes: &[Node]| Data::field(nodes, |n| [n.reflected, n.incident]);
-            add("flux", flux(cpu), flux(gpu));
+            let reflected = |nodes: &[Node]| Data::field(nodes, |n| n.reflected);
+            add("reflected", reflected(cpu), reflected(gpu));
+            let incident = |nodes: &[Node]| Data::field(nodes, |n| n.incident);
+            add("incident", incident(cpu), incident(gpu));
             let depth = |nodes: &[Node]| Data::field(nodes, |n| [n.depth_min, n.depth_max]);
             add("depth", depth(cpu), depth(gpu));
-            let cone = |nodes: &[Node]| Data::field(nodes, |n| n.cone_axis.extend(n.cone_versine));
-            add("cone", cone(cpu), cone(gpu));
+            let axis = |nodes: &[Node]| Data::field(nodes, |n| n.cone_axis);
+            add("cone axis", axis(cpu), axis(gpu));
+            let versine = |nodes: &[Node]| Data::field(nodes, |n| n.cone_versine);
+            add("cone versine", versine(cpu), versine(gpu));
         }
         Ok(twins)
     }
