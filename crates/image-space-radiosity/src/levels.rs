@@ -86,7 +86,8 @@ pub fn level_of_cells(layout: &PyramidLayout, cells: u32) -> usize {
 /// Level, column and row of a node of a pyramid, from its index.
 #[must_use]
 pub fn place(layout: &PyramidLayout, node: u32) -> (usize, u32, u32) {
-    let level = layout.levels.iter().rposition(|l| l.offset <= node).unwrap_or(0);
+    // From the finest, which has three quarters of all nodes.
+    let level = layout.levels.iter().skip(1).take_while(|l| l.offset <= node).count();
     let l = layout.levels[level];
     let i = node - l.offset;
     (level, i % l.size[0], i / l.size[0])

@@ -70,8 +70,10 @@ proptest! {
             let above = |l: usize| {
                 (layout.levels[l].offset + (y >> (l - level)) * layout.levels[l].size[0] + (x >> (l - level))) as usize
             };
-            let ancestors_need = (level + 1..=coarsest).all(|l| needs[above(l)] == 1);
-            let expected = match (blocks[i].pixels, ancestors_need, needs[i]) {
+            // Pixels need no subdivision.
+            let needs = |node: usize| node.checked_sub(layout.levels[0].len()).map_or(0, |block| needs[block]);
+            let ancestors_need = (level + 1..=coarsest).all(|l| needs(above(l)) == 1);
+            let expected = match (blocks[i].pixels, ancestors_need, needs(i)) {
                 (0, ..) => state::EMPTY,
                 (_, false, _) => state::COVERED,
                 (_, true, 0) => state::VALID,

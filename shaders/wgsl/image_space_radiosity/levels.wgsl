@@ -15,9 +15,10 @@ struct LevelTable {
 
 /// Level, column and row of a node.
 fn place(node: u32) -> vec3<u32> {
-    var level = table.count - 1u;
-    while level > 0u && table.levels[level].x > node {
-        level -= 1u;
+    // From the finest, which has three quarters of all nodes.
+    var level = 0u;
+    while level + 1u < table.count && table.levels[level + 1u].x <= node {
+        level += 1u;
     }
     let l = table.levels[level];
     let i = node - l.x;

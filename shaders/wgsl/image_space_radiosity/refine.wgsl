@@ -23,9 +23,10 @@ fn refine(
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
+    // Pixels need none: `needs` begins with the blocks of level 1, where there are any.
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < table.nodes {
-        needs[i] = u32(needs_subdivision(i));
+    if table.coarsest > 0u && i + table.levels[1].x < table.nodes {
+        needs[i] = u32(needs_subdivision(i + table.levels[1].x));
     }
 }
 
@@ -42,11 +43,10 @@ fn stencil(
 }
 
 fn needs_subdivision(i: u32) -> bool {
-    let at = place(i);
-    if at.x == 0u || blocks[i].pixels == 0u {
+    if blocks[i].pixels == 0u {
         return false;
     }
-    return has_discontinuity(i) || rises_beside(i, at) || light_bends(i);
+    return has_discontinuity(i) || rises_beside(i) || light_bends(i);
 }
 
 /// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
@@ -63,7 +63,11 @@ fn light_bends(i: u32) -> bool {
 }
 
 /// Whether another surface rises in front of a block's plane just beside it.
-fn rises_beside(i: u32, at: vec3<u32>) -> bool {
+fn rises_beside(i: u32) -> bool {
+    if params.margin == 0.0 {
+        return false;
+    }
+    let at = place(i);
     let position = blocks[i].position;
     let normal = blocks[i].normal;
     let near = params.margin * blocks[i].radius;
@@ -86,18 +90,22 @@ fn rises_beside(i: u32, at: vec3<u32>) -> bool {
     return false;
 }
 
-/// The first block from the coarsest down that needs no subdivision is valid.
+/// The first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is covered
+/// the next coarser one mostly says so.
 fn state(i: u32) -> u32 {
     if blocks[i].pixels == 0u {
         return EMPTY;
     }
     let at = place(i);
-    for (var above = table.coarsest; above > at.x; above--) {
+    for (var above = at.x + 1u; above <= table.coarsest; above++) {
         let l = table.levels[above];
         let shift = above - at.x;
-        if needs[l.x + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
+        if needs[l.x - table.levels[1].x + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
             return COVERED;
         }
     }
-    return select(SPLIT, VALID, needs[i] == 0u);
+    if at.x == 0u {
+        return VALID;
+    }
+    return select(SPLIT, VALID, needs[i - table.levels[1].x] == 0u);
 }

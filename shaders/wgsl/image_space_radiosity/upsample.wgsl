@@ -46,14 +46,16 @@ fn push(
     let x = i % pair.coarse_width;
     let y = i / pair.coarse_width;
     // Below 0 wraps, and is outside as the size is.
-    let l = neighbour(own, x - 1u, y);
-    let r = neighbour(own, x + 1u, y);
-    let u = neighbour(own, x, y - 1u);
-    let d = neighbour(own, x, y + 1u);
-    let lu = neighbour(own, x - 1u, y - 1u);
-    let ru = neighbour(own, x + 1u, y - 1u);
-    let ld = neighbour(own, x - 1u, y + 1u);
-    let rd = neighbour(own, x + 1u, y + 1u);
+    let p = blocks[own].position;
+    let n = blocks[own].normal;
+    let l = neighbour(p, n, x - 1u, y);
+    let r = neighbour(p, n, x + 1u, y);
+    let u = neighbour(p, n, x, y - 1u);
+    let d = neighbour(p, n, x, y + 1u);
+    let lu = neighbour(p, n, x - 1u, y - 1u);
+    let ru = neighbour(p, n, x + 1u, y - 1u);
+    let ld = neighbour(p, n, x - 1u, y + 1u);
+    let rd = neighbour(p, n, x + 1u, y + 1u);
     let e = irradiance[own].xyz;
     let child = pair.fine_offset + 2u * y * pair.fine_width + 2u * x;
     let has_right = 2u * x + 1u < pair.fine_width;
@@ -70,8 +72,8 @@ fn push(
     }
 }
 
-/// The value at a neighbour and how far it counts; 0 outside the image and where nothing is seen.
-fn neighbour(own: u32, x: u32, y: u32) -> vec4<f32> {
+/// The value at a neighbour of the block at p and how far it counts; 0 outside the image and where nothing is seen.
+fn neighbour(p: vec3<f32>, n: vec3<f32>, x: u32, y: u32) -> vec4<f32> {
     if x >= pair.coarse_width || y >= pair.coarse_height {
         return vec4(0.0);
     }
@@ -79,7 +81,7 @@ fn neighbour(own: u32, x: u32, y: u32) -> vec4<f32> {
     if states[i] == EMPTY {
         return vec4(0.0);
     }
-    return vec4(irradiance[i].xyz, agreement(own, i));
+    return vec4(irradiance[i].xyz, agreement(p, n, i));
 }
 
 /// The bilinear weights of a child: 9 for its parent, 3 for the two beside it, 1 for the one across.
@@ -104,14 +106,15 @@ fn mean(x: u32, y: u32) -> vec3<f32> {
 }
 
 /// How far two blocks are one smooth surface, [0, 1]: their normals agree and each lies in the other's plane.
-fn agreement(a: u32, b: u32) -> f32 {
-    let v = blocks[b].position - blocks[a].position;
+fn agreement(p: vec3<f32>, n: vec3<f32>, b: u32) -> f32 {
+    let normal = blocks[b].normal;
+    let v = blocks[b].position - p;
     let d2 = dot(v, v);
-    let ha = dot(blocks[a].normal, v);
-    let hb = dot(blocks[b].normal, v);
+    let ha = dot(n, v);
+    let hb = dot(normal, v);
     // Squared sine of the elevation above the two planes; 0 for coincident points.
     let elevation = max(ha * ha, hb * hb) / max(d2, 1e-37);
-    let normals = max(dot(blocks[a].normal, blocks[b].normal), 0.0) * max(1.0 - blocks[b].versine, 0.0);
+    let normals = max(dot(n, normal), 0.0) * max(1.0 - blocks[b].versine, 0.0);
     let n2 = normals * normals;
     return n2 * n2 * max(1.0 - 4.0 * elevation, 0.0);
 }

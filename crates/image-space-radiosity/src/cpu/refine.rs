@@ -1,7 +1,7 @@
 //! `refine`: where light is gathered, in one pass over all levels (§3.2.1).
 //!
-//! A block is *valid* where it needs no subdivision and every block above it does. Each node decides that alone: it walks down
-//! from the coarsest block that contains it and stops at the first that needs no subdivision. So every surface pixel is
+//! A block is *valid* where it needs no subdivision and every block above it does. Each node decides that alone, by asking
+//! all blocks that contain it. So every surface pixel is
 //! covered by exactly one valid block.
 
 use indirect_core::math::versine_of_sum;
@@ -15,7 +15,8 @@ use crate::{
     params::Params,
 };
 
-/// Per node of the levels `0..=coarsest`, whether it needs subdivision; `reference` is the reference irradiance, W/m².
+/// Per node of the levels `1..=coarsest` (pixels need none), whether it needs subdivision; `reference` is the reference
+/// irradiance, W/m².
 #[must_use]
 pub fn refine(
     blocks: &[Block],
@@ -28,11 +29,13 @@ pub fn refine(
     let most = params.bend * reference;
     let depth = params.blocks.depth;
     let versine = params.blocks.versine();
-    nodes(layout, coarsest)
+    (pixels(layout)..node_count(layout, coarsest))
+        .into_par_iter()
+        .with_min_len(1024)
         .map(|i| {
             let (level, x, y) = place(layout, i);
             let own = &blocks[i as usize];
-            if level == 0 || own.pixels == 0 {
+            if own.pixels == 0 {
                 return 0;
             }
             let l = layout.levels[level];
@@ -49,22 +52,24 @@ pub fn refine(
 /// Per node of the levels `0..=coarsest`, its [`state`].
 #[must_use]
 pub fn stencil(blocks: &[Block], needs: &[u32], layout: &PyramidLayout, coarsest: usize) -> Vec<u32> {
-    nodes(layout, coarsest)
+    let first = pixels(layout);
+    (0..node_count(layout, coarsest))
+        .into_par_iter()
+        .with_min_len(1024)
         .map(|i| {
             if blocks[i as usize].pixels == 0 {
                 return state::EMPTY;
             }
             let (level, x, y) = place(layout, i);
-            let mut above = coarsest;
-            while above > level {
+            // From below: where a block is covered the next coarser one mostly says so.
+            for above in level + 1..=coarsest {
                 let l = layout.levels[above];
                 let shift = above - level;
-                if needs[(l.offset + (y >> shift) * l.size[0] + (x >> shift)) as usize] == 0 {
+                if needs[(l.offset - first + (y >> shift) * l.size[0] + (x >> shift)) as usize] == 0 {
                     return state::COVERED;
                 }
-                above -= 1;
             }
-            if needs[i as usize] == 0 { state::VALID } else { state::SPLIT }
+            if level == 0 || needs[(i - first) as usize] == 0 { state::VALID } else { state::SPLIT }
         })
         .collect()
 }
@@ -75,8 +80,9 @@ pub(crate) fn node_count(layout: &PyramidLayout, coarsest: usize) -> u32 {
     last.offset + last.len() as u32
 }
 
-fn nodes(layout: &PyramidLayout, coarsest: usize) -> impl IndexedParallelIterator<Item = u32> {
-    (0..node_count(layout, coarsest)).into_par_iter().with_min_len(1024)
+/// Number of nodes of level 0.
+fn pixels(layout: &PyramidLayout) -> u32 {
+    layout.levels[0].len() as u32
 }
 
 /// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
@@ -99,6 +105,9 @@ fn rises_beside(
     versine: f32,
     margin: f32,
 ) -> bool {
+    if margin == 0.0 {
+        return false;
+    }
     let near = margin * own.radius;
     for cy in y.saturating_sub(1)..(y + 2).min(size[1]) {
         for cx in x.saturating_sub(1)..(x + 2).min(size[0]) {

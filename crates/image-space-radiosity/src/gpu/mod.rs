@@ -273,10 +273,12 @@ impl ImageSpaceRadiosity {
         timer: &mut PassTimer,
         resources: &Resources,
     ) -> Result<(), Error> {
-        let workgroups = workgroups_1d(resources.nodes(), WORKGROUP)?;
+        let nodes = resources.nodes();
+        let blocks = workgroups_1d(nodes - resources.levels[0], WORKGROUP)?;
+        let all = workgroups_1d(nodes, WORKGROUP)?;
         timer.compute(encoder, "refine", |pass| {
-            self.refine.record(pass, &[&resources.refine_group], workgroups);
-            self.stencil.record(pass, &[&resources.stencil_group], workgroups);
+            self.refine.record(pass, &[&resources.refine_group], blocks);
+            self.stencil.record(pass, &[&resources.stencil_group], all);
         });
         Ok(())
     }

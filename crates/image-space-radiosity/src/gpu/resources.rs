@@ -151,7 +151,7 @@ pub struct Resources {
     pub clusters: Buffer,
     /// `array<Block>`: blocks of the camera's pixels.
     pub blocks: Buffer,
-    /// `array<u32>`: 1 per block that needs subdivision.
+    /// `array<u32>`: 1 per block that needs subdivision, level 1 first.
     pub needs: Buffer,
     /// `array<u32>`: the [`state`](crate::layout::state) of each block.
     pub states: Buffer,
@@ -259,7 +259,7 @@ impl Resources {
         let tree = empty_storage_buffer::<Branch>(device, "light tree", u64::from(branches))?;
         let clusters = empty_storage_buffer::<Vpl>(device, "light clusters", u64::from(light_slots))?;
         let blocks = empty_storage_buffer::<Block>(device, "blocks", layout.len() as u64)?;
-        let needs = empty_storage_buffer::<u32>(device, "needs", nodes)?;
+        let needs = empty_storage_buffer::<u32>(device, "needs", nodes - pixels)?;
         let states = empty_storage_buffer::<u32>(device, "states", nodes)?;
         let slots = empty_storage_buffer::<u32>(device, "fragment slots", nodes)?;
         let fragment_nodes = empty_storage_buffer::<u32>(device, "fragment nodes", pixels)?;
