@@ -204,7 +204,9 @@ fn a_scene_without_light_or_surface_is_black() {
     dark.lights.clear();
     let mut black = corner(lights()[0], 1.0);
     black.materials[0].base_color = Vec3::ZERO;
-    for scene in [dark, black] {
+    let mut empty = corner(lights()[0], 1.0);
+    empty.mesh = indirect_core::Mesh::default();
+    for scene in [dark, black, empty] {
         for (list, method) in settings() {
             let frame = frame(context, &scene, CAMERA, &options(list, method), &Params::default());
             assert!(frame.image.iter().all(|v| *v == Vec3Pad::default()), "{list:?} {method:?}");

@@ -149,6 +149,13 @@ impl Twins<'_> {
         Ok(())
     }
 
+    fn vpls(&mut self, pass: &'static str, cpu: &[Vpl], found: &[Vpl]) {
+        self.field((pass, "position"), cpu, found, |v| v.position);
+        self.field((pass, "normal"), cpu, found, |v| v.normal);
+        self.field((pass, "flux"), cpu, found, |v| v.flux);
+        self.field((pass, "area"), cpu, found, |v| v.area);
+    }
+
     fn lights(
         &mut self,
         t: &ImageSpaceRadiosity,
@@ -167,7 +174,7 @@ impl Twins<'_> {
                 };
                 if !expected.light_slots.is_empty() {
                     self.push("clusters", "levels", used(&expected.light_slots), used(&found));
-                    self.field(("clusters", "position"), &expected.light_slots, &found, |v| v.position);
+                    self.vpls("clusters", &expected.light_slots, &found);
                 }
                 self.gpu.write(&r.clusters, &expected.light_slots);
             }
@@ -175,7 +182,10 @@ impl Twins<'_> {
                 if !expected.tree.is_empty() {
                     self.gpu.run(|e| t.encode_tree(e, timer, r))?;
                     let found: Vec<Branch> = self.gpu.read(&r.tree)?;
+                    self.field(("tree", "position"), &expected.tree, &found, |b| b.position);
+                    self.field(("tree", "normal"), &expected.tree, &found, |b| b.normal);
                     self.field(("tree", "flux"), &expected.tree, &found, |b| b.flux);
+                    self.field(("tree", "area"), &expected.tree, &found, |b| b.area);
                     self.field(("tree", "reach"), &expected.tree, &found, |b| b.reach);
                     let next = |tree: &[Branch]| {
                         Data::U32(
@@ -195,7 +205,7 @@ impl Twins<'_> {
         self.integers("lights", "count", &r.gather.count, &[expected.lights.len() as u32])?;
         let found: Vec<Vpl> = self.gpu.read(&r.gather.vpls)?;
         if !expected.lights.is_empty() {
-            self.field(("lights", "flux"), &expected.lights, &found, |v| v.flux);
+            self.vpls("lights", &expected.lights, &found);
         }
         r.gather.write_vpls(self.gpu.queue, &expected.lights);
         Ok(())
