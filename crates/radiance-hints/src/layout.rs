@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec3, Vec3};
+use indirect_core::Aabb;
 
 /// A box of the scene, divided into cells with a hint at the centre of each. 48 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -13,12 +14,20 @@ pub struct Volume {
     pub first: u32,
     /// Edges of a cell, metres, each `> 0`.
     pub cell: Vec3,
-    /// Fills the row.
-    pub pad0: u32,
+    /// Number of the box at whose border later bounces of its hints begin: the last that contains this one.
+    pub room: u32,
     /// Cells along each axis, each at least 1.
     pub resolution: UVec3,
     /// Fills the row.
     pub pad1: u32,
+}
+
+impl Volume {
+    /// Its box.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        Aabb { min: self.origin, max: self.origin + self.cell * self.resolution.as_vec3() }
+    }
 }
 
 /// A small lit patch, drawn from the reflective shadow maps. 64 bytes.

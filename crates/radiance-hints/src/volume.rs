@@ -79,7 +79,19 @@ impl Lattice {
         if volumes.is_empty() || volumes.len() > MAX_VOLUMES {
             return Err(bad("volumes", volumes.len().to_string(), "in 1..=16"));
         }
+        let boxes: Vec<Aabb> = volumes.iter().map(Volume::bounds).collect();
+        for (volume, own) in volumes.iter_mut().zip(&boxes) {
+            let contains = |b: &Aabb| b.min.cmple(own.min).all() && b.max.cmpge(own.max).all();
+            // It contains itself.
+            volume.room = boxes.iter().rposition(contains).unwrap_or_default() as u32;
+        }
         Ok(Self { volumes, hints: hints as u32 })
+    }
+
+    /// The box at whose border later bounces of hint `i` begin. A box within a larger one is no room of its own: its border
+    /// is open.
+    pub(crate) fn room(&self, i: u32) -> &Volume {
+        &self.volumes[self.place(i).0.room as usize]
     }
 
     /// The boxes, those with precedence first.
@@ -148,5 +160,5 @@ fn volume(bounds: &Aabb, resolution: [u32; 3], first: u32) -> Volume {
         origin[axis] -= 0.5 * (grown - extent[axis]);
         extent[axis] = grown;
     }
-    Volume { origin, first, cell: extent / resolution.as_vec3(), pad0: 0, resolution, pad1: 0 }
+    Volume { origin, first, cell: extent / resolution.as_vec3(), room: 0, resolution, pad1: 0 }
 }

@@ -6,13 +6,14 @@ mod common;
 
 use core::f32::consts::PI;
 
-use common::{camera_view, floor_and_wall, lattice, light, lights, spot};
+use common::{camera_view, floor_and_wall, lattice, light, lights, room, spot};
 use glam::{DVec3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, math::luminance};
 use indirect_scene::fixtures::SphereFurnace;
 use radiance_hints::{
-    Enclosure, Lattice, Options, Order, Params, Sample, Sampling, Scale, Surroundings, Transport,
+    Enclosure, Lattice, Options, Order, Params, Reconstruction, Sample, Sampling, Scale, Surroundings,
+    Transport,
     cpu::{self, Near, Samples},
 };
 
@@ -46,7 +47,7 @@ fn one_patch_matches_the_closed_form() {
             assert!((found - exact).abs().max_element() < 1e-5 * exact.x, "{d} {tilt}: {found} {exact}");
             // Towards the patch, Σ A_l (2l+1)/4π = 1/4 + 1/2 + 5/16: what l ≤ 2 makes of a point, 1.0625.
             let field = cpu::Field { lattice: &one_hint(), order: Order::Three, hints: &hints };
-            let e = cpu::irradiance(&field, Vec3::ZERO, Vec3::Y, radiance_hints::Reconstruction::AsPrinted);
+            let e = cpu::irradiance(&field, Vec3::ZERO, Vec3::Y, Reconstruction::AsPrinted);
             assert!((e - 1.0625 * exact).abs().max_element() < 1e-5 * exact.x, "{e} {exact}");
         }
     }
@@ -164,6 +165,41 @@ fn lists_carry_the_flux_of_the_maps_shared_by_power() {
             assert!((count - share).abs() <= 2.0, "map {i}: {count} of {share}");
         }
     }
+}
+
+/// A finer box within a room changes where light is read, not how much there is: its border is no wall, and its hints take
+/// later bounces from the room's border as those around it do.
+#[test]
+fn a_box_within_a_room_is_no_room() {
+    let scene = room(Vec3::splat(0.5), 1.0);
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let bounds = scene.bounds().unwrap();
+    let inner = Aabb { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) };
+    let options =
+        Options { resolution: 64, samples: 400, bounces: 3, bounce_samples: 256, ..Options::default() };
+    let middle = |lattice: &Lattice| {
+        let camera = cast::gbuffer(&accel, &camera_view(1.0), [1, 1]);
+        let found =
+            cpu::indirect(&accel, &camera_view(1.0), &camera, lattice, &options, &Params::default()).unwrap();
+        // Later bounces alone, so that the first one's noise is not in it.
+        let of = |bounce: usize| {
+            let field = cpu::Field { lattice, order: options.order, hints: &found.bounces[bounce] };
+            let at = |p: Vec3| cpu::irradiance(&field, p, Vec3::Y, Reconstruction::AsPrinted).x;
+            (at(Vec3::new(0.1, 0.0, 0.0)) + at(Vec3::new(-0.1, 0.05, 0.1))) * 0.5
+        };
+        of(2) - of(0)
+    };
+    let one = middle(&Lattice::new(&bounds, [8; 3]).unwrap());
+    let nested = middle(&Lattice::of([(inner, [6; 3]), (bounds, [8; 3])]).unwrap());
+    println!("later bounces in the middle: {one}, with a finer box around it {nested}");
+    // The same 256 directions from places half a cell apart; were the box a room, light would come from half as far.
+    assert!(one > 0.0 && (nested / one - 1.0).abs() < 0.03, "{nested} {one}");
+    let rooms = |boxes: [Aabb; 2]| -> Vec<u32> {
+        let lattice = Lattice::of(boxes.map(|b| (b, [2; 3]))).unwrap();
+        lattice.volumes().iter().map(|v| v.room).collect()
+    };
+    let beside = Aabb { min: Vec3::new(0.9, -1.0, -1.0), max: Vec3::new(3.0, 1.0, 1.0) };
+    assert_eq!((rooms([inner, bounds]), rooms([beside, bounds])), (vec![1, 1], vec![0, 1]));
 }
 
 /// A uniform field in a closed room of albedo 0.5.

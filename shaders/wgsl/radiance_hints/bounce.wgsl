@@ -24,7 +24,7 @@ fn bounce_directions(
         return;
     }
     let position = lattice_position(hint);
-    let volume = lattice.volume[lattice_volume(hint)];
+    let volume = lattice.volume[lattice.volume[lattice_volume(hint)].room];
     let reach = settings.range * length(volume.cell * vec3<f32>(volume.resolution));
     var sh: array<vec3<f32>, 9>;
     for (var j = 0u; j < settings.bounce_samples; j++) {
@@ -80,7 +80,7 @@ fn bounce_sphere_as_printed(
 
 fn sphere(hint: u32, printed: bool) {
     let position = lattice_position(hint);
-    let volume = lattice.volume[lattice_volume(hint)];
+    let volume = lattice.volume[lattice.volume[lattice_volume(hint)].room];
     let extent = volume.cell * vec3<f32>(volume.resolution);
     let reach = settings.range * length(extent);
     let own = surroundings[hint];

@@ -5,7 +5,8 @@ struct Volume {
     origin: vec3<f32>,
     first: u32,
     cell: vec3<f32>,
-    pad0: u32,
+    /// The box at whose border later bounces of its hints begin.
+    room: u32,
     resolution: vec3<u32>,
     pad1: u32,
 }

@@ -90,7 +90,7 @@ impl Source<'_> {
     /// [`Transport::Directions`].
     fn directions(&self, hint: u32) -> [Vec3; 9] {
         let lattice = self.field.lattice;
-        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let (position, volume) = (lattice.position(hint), lattice.room(hint));
         let reach = self.params.range * extent(volume).length();
         let mut sh = [Vec3::ZERO; 9];
         for j in 0..self.samples {
@@ -125,7 +125,7 @@ impl Source<'_> {
     /// [`Transport::Sphere`], and [`Transport::SphereAsPrinted`].
     fn sphere(&self, hint: u32, printed: bool) -> [Vec3; 9] {
         let lattice = self.field.lattice;
-        let (position, volume) = (lattice.position(hint), lattice.place(hint).0);
+        let (position, volume) = (lattice.position(hint), lattice.room(hint));
         let extent = extent(volume);
         let reach = self.params.range * extent.length();
         let own = &self.surroundings[hint as usize];

@@ -481,7 +481,7 @@ mod tests {
         assert_layout!(RADIANCE_HINTS_SAMPLE, "Window" = Window { first, end, map, score, pad0, pad1 });
         assert_layout!(
             RADIANCE_HINTS_BOUNCE,
-            "Volume" = Volume { origin, first, cell, pad0, resolution, pad1 }
+            "Volume" = Volume { origin, first, cell, room, resolution, pad1 }
         );
         assert_layout!(
             RADIANCE_HINTS_BOUNCE,
