@@ -198,16 +198,20 @@ fn light_does_not_leak_through_a_lit_wall() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let lattice = Lattice::fit(&scene.bounds().unwrap(), 4096).unwrap();
     let camera = cast::gbuffer(&accel, &camera_view(1.0), [2, 2]);
-    let leak = |visibility, reconstruction, jitter| {
-        let options = Options { resolution: 256, visibility, ..Options::default() };
-        let params = Params { reconstruction, jitter, ..Params::default() };
+    let leak = |visibility, reconstruction, jitter, bounces| {
+        let options = Options { resolution: 256, visibility, bounces, ..Options::default() };
         let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
+        let enclosure = (bounces > 1).then(|| cpu::enclosure(&accel, &scene.bounds().unwrap(), &rsm));
+        let params = Params { reconstruction, jitter, enclosure, ..Params::default() };
         let (lists, near) =
             (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
         let samples = Samples { lists: &lists, near: &near };
         let blocked =
             cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
-        let hints = cpu::estimate(&lattice, &samples, &blocked, &options, &params).hints;
+        let first = cpu::estimate(&lattice, &samples, &blocked, &options, &params);
+        let hints = (2..=bounces).fold(first.hints.clone(), |last, number| {
+            cpu::bounce(&lattice, &first.hints, &last, &first.surroundings, number, &options, &params)
+        });
         let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
         // Floor, ceiling, end wall and the wall's own two sides.
         let room = |side: f32| {
@@ -227,10 +231,12 @@ fn light_does_not_leak_through_a_lit_wall() {
         };
         room(1.0) / room(-1.0)
     };
-    let printed = leak(Visibility::Off, Reconstruction::AsPrinted, 1.0);
-    let off = leak(Visibility::Off, Reconstruction::NearSurface, 0.5);
-    let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.5);
-    let still = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0);
+    let printed = leak(Visibility::Off, Reconstruction::AsPrinted, 1.0, 1);
+    let off = leak(Visibility::Off, Reconstruction::NearSurface, 0.5, 1);
+    let ours = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.5, 1);
+    let still = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0, 1);
+    let later = leak(Visibility::RsmDepth, Reconstruction::NearSurface, 0.0, 3);
+    println!("leak of three bounces: {later:.4}");
     println!(
         "leak: as printed {printed:.4}, without visibility {off:.4}, by the maps' depth {ours:.4}, from the hints' centres {still:.4}"
     );
