@@ -88,7 +88,7 @@ proptest! {
 
 proptest! {
     // 1600 points of quadrature each.
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1024, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn triangle_lights_match_quadrature(centre in vector(), e in vector(), f in vector()) {
