@@ -247,11 +247,12 @@ fn pick(second: bool, a: f32, b: f32) -> f32 {
 }
 
 /// Chooses the first or second part of `[0, 1)`, which are in the proportion `a : b`, and stretches it to `[0, 1)`.
-/// A part of size 0 is never chosen: `u ≤ 1 − 2⁻²⁴` keeps the rounded `u·(a + b)` below `a + b`.
+/// A part of size 0 is never chosen: `u ≤ 1 − 2⁻²⁴` keeps the rounded `u·(a + b)` below `a + b` where that is a normal
+/// number; `b > 0` decides where it is not, as the product of subnormals may round up to the sum.
 #[inline]
 fn split(u: f32, a: f32, b: f32) -> (bool, f32) {
     let t = u * (a + b);
-    let second = t >= a;
+    let second = t >= a && b > 0.0;
     let (begin, part) = (pick(second, 0.0, a), pick(second, a, b));
     let rest = (t - begin) / part;
     (second, if rest < BELOW_ONE { rest } else { BELOW_ONE })
