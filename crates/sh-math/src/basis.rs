@@ -9,8 +9,8 @@ use crate::table::Table;
 pub fn unit<S: Real>(v: impl Into<[S; 3]>) -> Option<[S; 3]> {
     let v: [f64; 3] = v.into().map(Into::into);
     let largest = v.iter().fold(0.0_f64, |a, &x| a.max(x.abs()));
-    // NaN fails the sum, which max ignores.
-    if !(largest > 0.0 && (v[0] + v[1] + v[2]).is_finite()) {
+    // max ignores NaN.
+    if !(largest > 0.0 && v.iter().all(|x| x.is_finite())) {
         return None;
     }
     let v = v.map(|x| x / largest);

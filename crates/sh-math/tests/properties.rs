@@ -372,6 +372,11 @@ proptest! {
         let long = unit::<f32>((d * 10.0_f64.powi(exponent / 9)).as_vec3());
         let error = long.map(|u| (Vec3::from(u).as_dvec3() - d).length());
         prop_assert!(error.is_some_and(|e| e < 2e-7), "{:?}", error);
+        let longest = unit::<f64>(d * (0.99 * f64::MAX));
+        prop_assert!(longest.is_some_and(|u| (DVec3::from(u) - d).length() < 1e-15), "{:?}", longest);
+        let two = unit::<f64>([1e308, 1e308, 0.0]).map(DVec3::from);
+        prop_assert!(two.is_some_and(|u| (u - DVec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-15), "{:?}", two);
+        prop_assert!(unit::<f64>([f64::INFINITY, f64::NEG_INFINITY, 0.0]).is_none());
         prop_assert!(unit::<f32>(Vec3::ZERO).is_none() && unit::<f32>(Vec3::new(0.0, f32::NAN, 1.0)).is_none());
         prop_assert!(unit::<f32>(Vec3::new(0.0, f32::INFINITY, 1.0)).is_none());
     }
