@@ -251,6 +251,22 @@ proptest! {
         prop_assert!((sum - 1.0).abs() < 3.0 * 5.0 * f64::from(f32::EPSILON));
     }
 
+    /// A batch draws what single calls draw, in its groups and in what is left over.
+    #[test]
+    fn batches_equal_single_calls((size, values) in importance(), u in prop::collection::vec((-0.1_f32..1.1, -0.1_f32..1.1), 0..70)) {
+        let pyramid = Pyramid::build(size, &values).unwrap();
+        let warp = pyramid.warp(Empty::Uniform).unwrap();
+        let u: Vec<Vec2> = u.into_iter().map(Vec2::from).collect();
+        let mut samples = vec![Sample::default(); u.len()];
+        prop_assert_eq!(warp.sample_batch(&u, &mut samples), Ok(()));
+        for (u, s) in u.iter().zip(&samples) {
+            prop_assert_eq!(warp.sample(*u), *s);
+        }
+        samples.push(Sample::default());
+        let wrong = WarpError::Length { expected: u.len(), found: u.len() + 1 };
+        prop_assert_eq!(warp.sample_batch(&u, &mut samples), Err(wrong));
+    }
+
     /// Levels of subnormal numbers, whose products round to whole multiples of 2⁻¹⁴⁹: a texel of 0 is never chosen.
     #[test]
     fn subnormal_levels_are_survived(
