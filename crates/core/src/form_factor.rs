@@ -8,8 +8,8 @@
 //! |---|---|---|
 //! | [`point_to_point`] | patches small against their distance: +4 % at most at `3√A` where they face each other | unbounded as `d → 0` |
 //! | [`point_to_disc`] | a disc on the axis at any distance, and far away in any pose | under-estimates close patches off the axis, where part of the patch is much nearer than its centre: −29 % over all poses at `d = √A`, −73 % at `0.25√A` |
-//! | [`point_to_patch`] | a square of unknown orientation in its plane: what a shader should use | within 5 % of a square whose sides are known; a square of another spin is missed by 10 % (rms over all poses) at `d = √A`, 40 % at `√A/2` where its corner may touch the receiver |
-//! | [`point_to_parallelogram`] | a parallelogram near by, in f32; 2.6 times the cost of the disc | loses digits to cancellation beyond `10√A` |
+//! | [`point_to_patch`] | a square of unknown spin in its plane | within 5 % only of a square whose sides lie as it assumes; a square of another spin is missed by 10 % (rms over all poses) at `d = √A`, 40 % at `√A/2` where its corner may touch the receiver |
+//! | [`point_to_parallelogram`] | a parallelogram near by whose sides are known, in f32: within 5 % (0.01 %) at any spin; 2.6 times the cost of the disc | loses digits to cancellation beyond `10√A` |
 //! | [`point_to_polygon`] | any planar polygon, clipped at the receiver's horizon | exact, up to rounding |
 //!
 //! The figures are those of the table in `docs/accuracy.md`.
@@ -186,7 +186,8 @@ pub const PATCH_FAR: f32 = 3.0;
 /// Form factor from a differential receiver to a square patch of which only centre, normal and area are known:
 /// [`point_to_parallelogram`] near by, [`point_to_point`] from the distance [`PATCH_FAR`]`·√A` on.
 ///
-/// The square's sides follow [`orthonormal_basis`] of its normal. Beyond the switch the point is the better of the cheap
+/// The square's sides follow [`orthonormal_basis`] of its normal: the 5 % hold for a square that lies so. One of another spin
+/// needs [`point_to_parallelogram`], which is told its sides. Beyond the switch the point is the better of the cheap
 /// forms: over all poses at `3√A` it is 0.7 % too dark, the disc 4 %. Arguments as in [`point_to_point`].
 #[must_use]
 pub fn point_to_patch(receiver: Vec3, n_receiver: Vec3, patch: Vec3, n_patch: Vec3, area: f32) -> f32 {
@@ -275,30 +276,42 @@ mod tests {
         assert_relative_eq!(point_to_polygon(Vec3::ZERO, Vec3::Y, &sky), 1.0, max_relative = 1e-3);
     }
 
-    #[test]
-    fn patch_stays_within_5_percent_where_the_disc_does_not() {
-        // A unit square parallel to the receiver, its sides along those the patch form assumes: distance 0.1 to 4, offset
-        // 0 to 1, every second step of 1/16.
-        let (s, t) = orthonormal_basis(Vec3::NEG_Y);
+    /// A unit square parallel to the receiver, distance 0.1 to 4, offset 0 to 1 toward 16 azimuths: relative error of each form
+    /// against the exact polygon, the worst over all squares of the given spins.
+    fn worst_over_near_squares(spins: &[f32]) -> [f32; 3] {
+        let (a, b) = orthonormal_basis(Vec3::NEG_Y);
         let mut worst = [0.0_f32; 3];
-        for i in 1..=40 {
-            for j in 0..=16 {
-                let centre = Vec3::Y * (i as f32 * 0.1) + s * (j as f32 / 16.0);
-                let exact = point_to_polygon(Vec3::ZERO, Vec3::Y, &rectangle(centre, s * 0.5, t * 0.5));
-                let error = |f: f32| (f / exact - 1.0).abs();
-                let patch = point_to_patch(Vec3::ZERO, Vec3::Y, centre, Vec3::NEG_Y, 1.0);
-                let parallelogram = point_to_parallelogram(Vec3::ZERO, Vec3::Y, centre, s * 0.5, t * 0.5);
-                let disc = point_to_disc(Vec3::ZERO, Vec3::Y, centre, Vec3::NEG_Y, 1.0);
-                for (worst, f) in worst.iter_mut().zip([patch, parallelogram, disc]) {
-                    *worst = worst.max(error(f));
+        for (i, j, k) in (1..=40).flat_map(|i| (0..=16).flat_map(move |j| (0..16).map(move |k| (i, j, k)))) {
+            let (sin, cos) = (PI / 8.0 * k as f32).sin_cos();
+            let centre = Vec3::Y * (i as f32 * 0.1) + (a * cos + b * sin) * (j as f32 / 16.0);
+            let patch = point_to_patch(Vec3::ZERO, Vec3::Y, centre, Vec3::NEG_Y, 1.0);
+            let disc = point_to_disc(Vec3::ZERO, Vec3::Y, centre, Vec3::NEG_Y, 1.0);
+            for spin in spins {
+                let (sin, cos) = spin.sin_cos();
+                let (s, t) = ((a * cos + b * sin) * 0.5, (b * cos - a * sin) * 0.5);
+                let exact = point_to_polygon(Vec3::ZERO, Vec3::Y, &rectangle(centre, s, t));
+                let parallelogram = point_to_parallelogram(Vec3::ZERO, Vec3::Y, centre, s, t);
+                for (worst, f) in worst.iter_mut().zip([parallelogram, patch, disc]) {
+                    *worst = worst.max((f / exact - 1.0).abs());
                 }
             }
         }
-        assert!(worst[0] < 0.05, "{worst:?}");
-        // f32: four edge terms of order 1/d with an error of some ulp each, over a sum of order 1/d².
-        assert!(worst[1] < 1e-4, "{worst:?}");
+        worst
+    }
+
+    #[test]
+    fn known_sides_stay_within_5_percent_at_any_spin() {
+        // A square has all its spins within a right angle.
+        let spins: Vec<f32> = (0..12).map(|k| PI / 24.0 * k as f32).collect();
+        let any = worst_over_near_squares(&spins);
+        // Asked: 0.05. f32: four edge terms of order 1/d with an error of some ulp each, over a sum of order 1/d². 3e-5 found.
+        assert!(any[0] < 1e-4, "{any:?}");
+        // The patch form does not know the spin: beside a corner it is off by factors.
+        assert!(any[1] > 1.0, "{any:?}");
+        let aligned = worst_over_near_squares(&[0.0]);
+        assert!(aligned[1] < 0.05, "{aligned:?}");
         // Measured elsewhere: −59 % at offset 1, −96 % at the patch's rim.
-        assert!(worst[2] > 0.58, "{worst:?}");
+        assert!(aligned[2] > 0.58, "{aligned:?}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use indirect_sampling::{
     radical::radical_inverse,
     rng::{pcg_hash, philox4x32, unit_f32},
     sobol,
-    warp::{Empty, Pyramid},
+    warp::{Empty, Pyramid, Sample},
 };
 
 const SAMPLES: u32 = 4096;
@@ -87,6 +87,12 @@ fn warps(c: &mut Criterion) {
         group.throughput(Throughput::Elements(SAMPLES.into()));
         group.bench_function("hierarchical", |b| {
             b.iter(|| points.iter().map(|u| warp.sample(*u).pdf).sum::<f32>())
+        });
+        let mut samples = vec![Sample::default(); points.len()];
+        group.bench_function("hierarchical, in batches", |b| {
+            b.iter(|| {
+                warp.sample_batch(&points, &mut samples).map(|()| samples.iter().map(|s| s.pdf).sum::<f32>())
+            })
         });
         group.bench_function("alias table", |b| {
             b.iter(|| points.iter().map(|u| alias.sample(*u).pdf).sum::<f32>())

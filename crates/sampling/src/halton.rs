@@ -29,7 +29,7 @@
 //! assert_eq!(x.iter(0, 3).nth(4), Some(fifth));
 //! ```
 
-use alloc::vec::Vec;
+use alloc::sync::Arc;
 
 use crate::{
     radical::Fraction,
@@ -109,13 +109,16 @@ pub const fn faure_permutation(base: u32, digit: u32) -> u32 {
 
 /// One coordinate of a Halton sequence.
 ///
-/// Coordinates are fractions `n/bᵏ` with `2²⁴ < bᵏ ≤ 2³²`. Indices beyond `bᵏ` are welcome: their further digits would
-/// add less than `b⁻ᵏ`, and are left out. [`radical_inverse`](crate::radical::radical_inverse) keeps them.
+/// Coordinates are fractions `n/bᵏ`, `k` the most digits with `bᵏ ≤ 2³²`. They are exact below the index `bᵏ`, the period,
+/// and repeat from there on, as the index's further digits, which would add less than `b⁻ᵏ`, are left out. Base 2 repeats after
+/// 2³² points, base 257 after 257³ ≈ 2²⁴·⁰¹, the shortest period; there every point is drawn once more. Where that
+/// matters, [`radical_inverse`](crate::radical::radical_inverse) keeps all digits.
 #[derive(Debug, Clone)]
 pub struct Halton {
     base: u32,
+    dimension: u32,
     /// Permuted and mirrored digits of every number below the block, a power of the base.
-    table: Vec<u32>,
+    table: Arc<[u32]>,
     /// ⌊2⁶⁴/block⌋ + 1.
     reciprocal: u64,
     /// How many blocks make an index.
@@ -126,6 +129,7 @@ pub struct Halton {
     inverse_period: f64,
     factor: u64,
     term: u64,
+    random: bool,
 }
 
 impl Halton {
@@ -137,10 +141,6 @@ impl Halton {
     #[must_use]
     pub fn dimension(dimension: usize, scrambling: Scrambling) -> Self {
         let base = u32::from(PRIMES[dimension % DIMENSIONS]);
-        let scrambling = match scrambling {
-            Scrambling::Owen(seed) => Scrambling::Owen(hash_combine(seed, pcg_hash(dimension as u32))),
-            s => s,
-        };
         let (block, blocks) = Self::division(base);
         let period = u64::from(block).pow(blocks);
         let permute =
@@ -155,11 +155,12 @@ impl Halton {
             mirrored
         });
         let (factor, term) = match scrambling {
-            Scrambling::Owen(seed) => Self::random_affine(base, period, seed),
+            Scrambling::Owen(seed) => Self::random_affine(base, period, dimension as u32, seed),
             _ => (1, 0),
         };
         Self {
             base,
+            dimension: dimension as u32,
             table: table.collect(),
             reciprocal: u64::MAX / u64::from(block) + 1,
             blocks,
@@ -168,7 +169,19 @@ impl Halton {
             inverse_period: 1.0 / period as f64,
             factor,
             term,
+            random: matches!(scrambling, Scrambling::Owen(_)),
         }
+    }
+
+    /// The same coordinate with another seed of [`Scrambling::Owen`], what [`Halton::dimension`] makes of it, without
+    /// building the table again: one per pixel, say. `None` where the scrambling is another.
+    #[must_use]
+    pub fn with_seed(&self, seed: u32) -> Option<Self> {
+        if !self.random {
+            return None;
+        }
+        let (factor, term) = Self::random_affine(self.base, self.period, self.dimension, seed);
+        Some(Self { factor, term, ..self.clone() })
     }
 
     /// The block, and how many of them make a period: as many digits as fit 32 bits, in as few blocks as tables allow.
@@ -180,11 +193,12 @@ impl Halton {
     }
 
     /// A unit and a number modulo `period`, uniformly to within 2⁻³².
-    fn random_affine(base: u32, period: u64, seed: u32) -> (u64, u64) {
+    fn random_affine(base: u32, period: u64, dimension: u32, seed: u32) -> (u64, u64) {
         let below = |words: [u32; 2], n: u64| {
             let word = u64::from(words[0]) << 32 | u64::from(words[1]);
             ((u128::from(word) * u128::from(n)) >> 64) as u64
         };
+        let seed = hash_combine(seed, pcg_hash(dimension));
         let [a, b, c, d] = philox4x32([0, 0, 0, 0], [seed, base]);
         // Units are the numbers whose last digit is not 0.
         let unit = below([a, b], period / u64::from(base) * (u64::from(base) - 1));
@@ -306,6 +320,7 @@ impl Iterator for Iter<'_> {
 mod tests {
     use super::*;
     use crate::radical::radical_inverse;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     #[test]
@@ -366,6 +381,21 @@ mod tests {
             let index = index % h.period;
             let (x, y) = (h.fraction(index), radical_inverse(h.base(), index));
             prop_assert_eq!(x.numerator() * y.denominator(), y.numerator() * x.denominator());
+        }
+
+        #[test]
+        fn a_seed_is_exchanged(dimension in 0..3 * DIMENSIONS, index: u64, first: u32, seed: u32) {
+            let h = Halton::dimension(dimension, Scrambling::Owen(first)).with_seed(seed);
+            let expected = Halton::dimension(dimension, Scrambling::Owen(seed)).fraction(index);
+            prop_assert_eq!(h.map(|h| h.fraction(index)), Some(expected));
+            prop_assert!(Halton::dimension(dimension, Scrambling::Faure).with_seed(seed).is_none());
+        }
+
+        #[test]
+        fn points_repeat_after_the_period(dimension in 0..DIMENSIONS, index: u32, times in 0_u64..1 << 20, seed: u32) {
+            let h = Halton::dimension(dimension, Scrambling::Owen(seed));
+            let index = u64::from(index) % h.period;
+            prop_assert_eq!(h.fraction(index), h.fraction(index + times * h.period));
         }
 
         #[test]

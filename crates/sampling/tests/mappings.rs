@@ -228,6 +228,22 @@ proptest! {
         }
     }
 
+    /// 1/2π(1 − cosθ_max) wherever samples fall, the rim included, and 0 outside of the cone.
+    #[test]
+    fn cone_density_ends_at_the_rim(u in square(), log_cone in -9.0_f32..0.3, off in 1e-5_f32..1.0) {
+        let cone = 10.0_f32.powf(log_cone).min(1.9);
+        let density = 1.0 / (core::f32::consts::TAU * cone);
+        let rim = cone_uniform(Vec2::new(u.x, 0.0), cone);
+        for d in [cone_uniform(u, cone), rim, cone_uniform(Vec2::new(1.0 - f32::EPSILON / 2.0, u.y), cone)] {
+            prop_assert_eq!(cone_uniform_pdf(d, cone), density, "{} {}", d, cone);
+        }
+        // Beyond the rim by two steps of a cosine near 1 and more, down to the opposite pole.
+        let z = 1.0 - cone - 2.0 * f32::EPSILON - off * (2.0 - cone - 2.0 * f32::EPSILON);
+        let outside = (rim.truncate().normalize_or(Vec2::X) * (1.0 - z * z).max(0.0).sqrt()).extend(z);
+        prop_assert_eq!(cone_uniform_pdf(outside, cone), 0.0, "{} {}", outside, cone);
+        prop_assert_eq!(cone_uniform_pdf(Vec3::NEG_Z, cone), 0.0);
+    }
+
     /// Directions are rounded to 2⁻²⁴; how far that moves `u` grows as the three vertices approach one plane through the
     /// centre, where the triangle is a sliver or nearly a hemisphere: as 1 / det(a, b, c). Half an ulp at each vertex, at the sample
     /// and in a dozen operations make the 16ε; the largest of 60 million random cases is 7.7ε.

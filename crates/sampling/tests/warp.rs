@@ -250,4 +250,37 @@ proptest! {
             .sum();
         prop_assert!((sum - 1.0).abs() < 3.0 * 5.0 * f64::from(f32::EPSILON));
     }
+
+    /// A batch draws what single calls draw, in its groups and in what is left over.
+    #[test]
+    fn batches_equal_single_calls((size, values) in importance(), u in prop::collection::vec((-0.1_f32..1.1, -0.1_f32..1.1), 0..70)) {
+        let pyramid = Pyramid::build(size, &values).unwrap();
+        let warp = pyramid.warp(Empty::Uniform).unwrap();
+        let u: Vec<Vec2> = u.into_iter().map(Vec2::from).collect();
+        let mut samples = vec![Sample::default(); u.len()];
+        prop_assert_eq!(warp.sample_batch(&u, &mut samples), Ok(()));
+        for (u, s) in u.iter().zip(&samples) {
+            prop_assert_eq!(warp.sample(*u), *s);
+        }
+        samples.push(Sample::default());
+        let wrong = WarpError::Length { expected: u.len(), found: u.len() + 1 };
+        prop_assert_eq!(warp.sample_batch(&u, &mut samples), Err(wrong));
+    }
+
+    /// Levels of subnormal numbers, whose products round to whole multiples of 2⁻¹⁴⁹: a texel of 0 is never chosen.
+    #[test]
+    fn subnormal_levels_are_survived(
+        size in prop::array::uniform2(1_u32..20), seed: u32, largest in 1_u32..8, u in prop::array::uniform2(0.0_f32..1.0)
+    ) {
+        let values = (0..pyramid_len(size).unwrap() as u32)
+            .map(|i| f32::from_bits((pcg_hash(seed ^ pcg_hash(i)) % (2 * largest)).saturating_sub(largest - 1)));
+        let pyramid = Pyramid::from_levels(size, values.collect()).unwrap();
+        let warp = pyramid.warp(Empty::Uniform).unwrap();
+        for u in [Vec2::from(u), Vec2::new(u[0], 1.0), Vec2::new(1.0, u[1])] {
+            let s = warp.sample(u);
+            prop_assert!(s.pdf > 0.0 && s.pdf <= 1.0 && s.pdf == warp.pdf(s.point), "{:?}", s);
+            // Within the texel, and no NaN.
+            prop_assert!(s.point.x.floor() == s.texel[0] as f32 && s.point.y.floor() == s.texel[1] as f32);
+        }
+    }
 }

@@ -22,7 +22,7 @@ mod zonal;
 pub use basis::{basis, basis_by_recurrence, unit};
 pub use batch::{BatchError, basis_batch};
 pub use dering::Mean;
-pub use gradient::basis_and_gradient;
+pub use gradient::{basis_and_gradient, basis_and_gradient_by_recurrence};
 pub use minimum::Minimum;
 #[cfg(feature = "half")]
 pub use pack::PackedSh;

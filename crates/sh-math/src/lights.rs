@@ -17,12 +17,18 @@ impl<const N: usize, S: Real> Sh<N, S> {
     }
 
     /// A sphere of radiance 1 with its centre at `centre` (relative to the receiver, any unit) and `radius`, seen without
-    /// occlusion: the cap of half angle `asin(radius/|centre|)`, exact. All directions from inside the sphere.
+    /// occlusion: the cap of half angle `asin(radius/|centre|)`, exact. All directions from inside the sphere; 0 where the
+    /// centre or the radius is not finite, or the radius is not positive.
     #[must_use]
     pub fn sphere_light(centre: impl Into<[S; 3]>, radius: S) -> Self {
-        let c: [f64; 3] = centre.into().map(Into::into);
+        let (c, radius): ([f64; 3], f64) = (centre.into().map(Into::into), radius.into());
+        if !(radius > 0.0 && radius < f64::INFINITY && c.iter().all(|x| x.is_finite())) {
+            return Self::default();
+        }
+        // Only the ratio counts; squares of the scaled numbers do not overflow.
+        let scale = c.iter().fold(radius, |a, x| a.max(x.abs()));
+        let (c, radius) = (c.map(|x| x / scale), radius / scale);
         let distance2 = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-        let radius: f64 = radius.into();
         let tangent2 = distance2 - radius * radius;
         let half_angle = if tangent2 > 0.0 { float::atan2(radius, float::sqrt(tangent2)) } else { PI };
         let axis = unit::<S>(c.map(S::from_f64)).unwrap_or([S::default(), S::default(), S::from_f64(1.0)]);
@@ -33,7 +39,8 @@ impl<const N: usize, S: Real> Sh<N, S> {
     ///
     /// `vertices` in order, relative to the receiver, any unit; the sign is positive where they turn counter-clockwise as
     /// seen from the origin, so a polygon seen from behind gives the negative. Planar or not, convex or not; less than a
-    /// hemisphere. An edge through the origin, or fewer than three vertices, gives 0.
+    /// hemisphere. 0 for fewer than three vertices, and where the origin lies on an edge or a vertex: the polygon's plane is
+    /// seen from within, and has no solid angle. 0 too where a vertex is not finite.
     ///
     /// `Y = −ΔY/(l(l+1))`, so by Gauss's theorem each band is a sum over edges, great-circle arcs, of the integral of
     /// `∇Y·n`, `n` the arc's normal. Along an arc that is a trigonometric polynomial of degree `l − 1`: its samples at
@@ -46,10 +53,18 @@ impl<const N: usize, S: Real> Sh<N, S> {
     /// ```
     #[must_use]
     pub fn polygon_light<P: Copy + Into<[S; 3]>>(vertices: &[P]) -> Self {
+        if vertices.len() < 3 {
+            return Self::default();
+        }
         let mut c = [0.0; N];
         let vertex = |i: usize| unit::<f64>(vertices[i % vertices.len()].into().map(Into::into));
         for i in 0..vertices.len() {
             let (Some(a), Some(b)) = (vertex(i), vertex(i + 1)) else { return Self::default() };
+            // Opposite directions have no arc, and rounding would choose one. f64 leaves 1e-16 of a true zero.
+            let normal = cross(a, b);
+            if dot(a, b) < 0.0 && dot(normal, normal) < 1e-24 {
+                return Self::default();
+            }
             add_edge(&mut c, a, b);
         }
         for l in 1..Table::<N>::BANDS {
@@ -57,11 +72,9 @@ impl<const N: usize, S: Real> Sh<N, S> {
             c[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|c| *c *= scale);
         }
         c[0] = 0.0;
-        if vertices.len() >= 3 {
-            for i in 1..vertices.len() - 1 {
-                if let (Some(a), Some(b), Some(d)) = (vertex(0), vertex(i), vertex(i + 1)) {
-                    c[0] += solid_angle(a, b, d);
-                }
+        for i in 1..vertices.len() - 1 {
+            if let (Some(a), Some(b), Some(d)) = (vertex(0), vertex(i), vertex(i + 1)) {
+                c[0] += solid_angle(a, b, d);
             }
         }
         c[0] *= 0.282_094_791_773_878_14;

@@ -53,21 +53,24 @@ impl<const N: usize, S: Real> Zonal<N, S> {
         })
     }
 
-    /// 1 within the angle `half_angle` (radians, `[0, π]`) of the axis, else 0:
-    /// `A_l = 2π (P_{l−1}(c) − P_{l+1}(c))/(2l+1)`, `c = cos half_angle`.
+    /// 1 within the angle `half_angle` (radians, `[0, π]`) of the axis, else 0: `A_0 = 2π (1 − cos θ)` and
+    /// `A_l = 2π ∫_c^1 P_l dt = 2π sin²θ·P'_l(c)/(l(l+1))`, `c = cos θ` (Legendre's equation, integrated).
+    ///
+    /// All factors of a small cap are right to some ulp; the textbooks' `P_{l−1}(c) − P_{l+1}(c)` cancels there.
     #[must_use]
     pub fn cap(half_angle: f64) -> Self {
-        let c = float::cos(half_angle);
-        // P_{l−1}(c), P_l(c); with P_{−1} = 1 the formula holds at l = 0 too.
-        let (mut below, mut p) = (1.0, 1.0);
+        let (c, sin) = (float::cos(half_angle), float::sin(half_angle));
         // 1 − cos without the cancellation.
         let h = float::sin(0.5 * half_angle);
+        // P_{l−1}, P_l, P'_{l−1}, P'_l at c; P'_{l+1} = P'_{l−1} + (2l+1)·P_l.
+        let (mut below, mut p, mut slope_below, mut slope) = (0.0, 1.0, 0.0, 0.0);
         Self::from_factors(|l| {
             let lf = l as f64;
-            let above = ((2.0 * lf + 1.0) * c * p - lf * below) / (lf + 1.0);
-            let difference = if l == 0 { 2.0 * h * h } else { below - above };
-            (below, p) = (p, above);
-            TAU * difference / (2.0 * lf + 1.0)
+            let factor = if l == 0 { 2.0 * h * h } else { sin * sin * slope / (lf * (lf + 1.0)) };
+            let step = 2.0 * lf + 1.0;
+            (slope_below, slope) = (slope, slope_below + step * p);
+            (below, p) = (p, (step * c * p - lf * below) / (lf + 1.0));
+            TAU * factor
         })
     }
 

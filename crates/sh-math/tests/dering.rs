@@ -124,7 +124,8 @@ fn coefficients<const N: usize>() -> impl Strategy<Value = Sh<N, f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+    // A dozen certified minima each: 30 ms.
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_input_becomes_non_negative(sh in coefficients::<9>(), mean in -0.5_f64..3.0, exponent in -20_i32..20) {
@@ -152,6 +153,11 @@ proptest! {
             assert_non_negative(&sh.convolve(&window));
         }
     }
+
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_minimum_is_certified(sh in coefficients::<16>()) {

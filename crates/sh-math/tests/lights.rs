@@ -75,6 +75,39 @@ proptest! {
     }
 
     #[test]
+    fn a_polygon_with_the_origin_on_an_edge_is_0(a in vector(), b in vector(), t in 0.1_f64..10.0) {
+        let polygon = [a, b, -t * a];
+        prop_assert_eq!(Sh::<25, f64>::polygon_light(&polygon), Sh::default());
+        // Products with powers of two are exact in f32 too; b, −t·a, a is the same polygon.
+        let single = [b.as_vec3(), -4.0 * a.as_vec3(), a.as_vec3()];
+        prop_assert_eq!(Sh::<9>::polygon_light(&single), Sh::default());
+        // Not so a right angle or more.
+        let wide = Sh::<9, f64>::polygon_light(&[DVec3::X, DVec3::new(-1.0, 1e-3 * t, 0.0), DVec3::Z]);
+        prop_assert!((wide.integral() - (core::f64::consts::PI - (1e-3 * t).atan())).abs() < 1e-9);
+    }
+
+    #[test]
+    fn small_caps_keep_their_digits(exponent in -12.0_f64..0.0) {
+        let angle = 10.0_f64.powf(exponent);
+        let cap = Zonal::<121, f64>::cap(angle);
+        let h = 2.0 * (0.5 * angle).sin().powi(2);
+        // ∫ P_l over 1 − t ∈ [0, h], by P_l(1 − u) = Σ_k (−1)^k C(l,k) C(l+k,k) (u/2)^k.
+        for l in 0..11 {
+            let (mut term, mut sum, mut size) = (1.0, 0.0, 0.0_f64);
+            for k in 0..=l {
+                sum += term / (k + 1) as f64;
+                size = size.max(term.abs());
+                term *= -0.5 * h * ((l - k) * (l + k + 1)) as f64 / ((k + 1) * (k + 1)) as f64;
+            }
+            let expected = core::f64::consts::TAU * h * sum;
+            // Some 10 ulp of the recurrence; of the series where it alternates, above 0.2 rad, ten of its largest term.
+            let tolerance = 1e-14 * core::f64::consts::TAU * h * size;
+            prop_assert!((cap.factor(l) - expected).abs() <= tolerance, "A_{}: {} {}", l, cap.factor(l), expected);
+            prop_assert!(angle > 0.1 || (cap.factor(l) / expected - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
     fn a_light_is_found_again(d in vector(), light in 0.01_f64..100.0, ambient in 0.0_f64..10.0) {
         let d = d.normalize();
         let field = Sh::<9, f64>::directional_light(d) * light + Sh::constant(ambient);
@@ -88,7 +121,7 @@ proptest! {
 
 proptest! {
     // 1600 points of quadrature each.
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1024, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn triangle_lights_match_quadrature(centre in vector(), e in vector(), f in vector()) {
@@ -125,9 +158,31 @@ fn polygons_add_up_to_the_sphere() {
     assert!((sum - one).0.iter().all(|c| c.abs() < 1e-12), "{sum:?}");
     assert_eq!(Sh::<9, f64>::polygon_light::<DVec3>(&[]), Sh::default());
     assert_eq!(Sh::<9, f64>::polygon_light(&[DVec3::X, DVec3::ZERO, DVec3::Y]), Sh::default());
+    assert_eq!(Sh::<9, f64>::polygon_light(&[DVec3::X, DVec3::Y]), Sh::default());
+    assert_eq!(Sh::<9, f64>::polygon_light(&[DVec3::X, DVec3::Y, DVec3::Z * f64::NAN]), Sh::default());
     let mut points = 0;
     Quadrature::new(20).for_each(|_, _| points += 1);
     assert_eq!(points, Quadrature::new(20).points());
+}
+
+#[test]
+fn sphere_lights_of_any_size() {
+    let light = |centre: [f64; 3], radius| Sh::<9, f64>::sphere_light(centre, radius);
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert_eq!(light([0.0, bad, 1.0], 0.5), Sh::default());
+        assert_eq!(light([0.0, 2.0, 1.0], bad), Sh::default());
+    }
+    for radius in [0.0, -0.5] {
+        assert_eq!(light([0.0, 2.0, 1.0], radius), Sh::default());
+        assert_eq!(light([0.0; 3], radius), Sh::default());
+    }
+    let inside = light([0.0; 3], 1.0) - Sh::constant(1.0);
+    assert!(inside.0.iter().all(|c| c.abs() < 1e-14), "{inside:?}");
+    // Only the ratio counts.
+    for scale in [1e-300, 1e300] {
+        let difference = light([0.0, 2.0 * scale, scale], scale) - light([0.0, 2.0, 1.0], 1.0);
+        assert!(difference.0.iter().all(|c| c.abs() < 1e-14), "{difference:?}");
+    }
 }
 
 #[cfg(feature = "half")]

@@ -1,13 +1,17 @@
 //! Properties of the basis, of convolution, rotation and gradients, over thousands of random cases.
 
-use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
+use std::sync::LazyLock;
+
+use glam::{DMat3, DQuat, DVec3, Mat3, Vec3};
 use proptest::prelude::*;
 use sh_math::{
-    BatchError, Quadrature, Rotation, Sh, Zonal, band, basis, basis_and_gradient, basis_batch,
-    basis_by_recurrence, unit,
+    BatchError, Quadrature, Rotation, Sh, Zonal, band, basis, basis_and_gradient,
+    basis_and_gradient_by_recurrence, basis_batch, basis_by_recurrence, gauss_legendre, unit,
 };
 
 const EPS: f32 = f32::EPSILON;
+
+static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| (0..450).map(|k| gauss_legendre(450, k)).collect());
 
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
@@ -126,43 +130,46 @@ fn closed_forms_match_sampling() {
     }
 }
 
-#[test]
-fn uniform_field_gives_pi_l() {
-    let sky = Sh::<9, Vec3>::constant(Vec3::new(0.0, 1.0, 3e4));
-    for n in [Vec3::X, Vec3::NEG_Z, Vec3::new(0.6, 0.0, 0.8)] {
-        let e = sky.irradiance(n);
-        let expected = Vec3::new(0.0, 1.0, 3e4) * core::f32::consts::PI;
-        // Three roundings.
-        assert!((e - expected).abs().cmple(expected * 3.0 * EPS).all(), "{e}");
-    }
-}
+proptest! {
+    // A thousand rotations each.
+    #![proptest_config(cases(256))]
 
-#[test]
-fn rotation_keeps_energy_over_a_thousand_compositions() {
-    // Different rotations, the same one again and again, and small ones: f32 coefficients, f32 matrices.
-    let start = Sh::<25>(core::array::from_fn(|i| ((i * 13 + 5) % 17) as f32 / 17.0 - 0.5));
-    let random = |k: u32| {
-        let f = |s: u32| ((k * 2_654_435 + s * 40_503) % 1009) as f32 / 504.5 - 1.0;
-        Quat::from_xyzw(f(1), f(2), f(3), f(4) + 0.1).normalize()
-    };
-    let steps: [&dyn Fn(u32) -> Mat3; 3] =
-        [&|k| Mat3::from_quat(random(k)), &|_| Mat3::from_quat(random(7)), &|_| {
-            Mat3::from_axis_angle(Vec3::new(0.48, 0.6, 0.64), 1e-3)
-        }];
-    for step in steps {
-        let mut sh = start;
-        for k in 0..1000 {
-            sh = sh.rotate(&step(k));
-        }
-        for l in 0..5 {
-            let ratio = f64::from(sh.band_energy(l)) / f64::from(start.band_energy(l));
-            assert!((ratio - 1.0).abs() < 1e-5, "band {l}: {ratio}");
+    #[test]
+    fn rotation_keeps_energy_over_a_thousand_compositions(
+        sh in coefficients::<25>(), turns in prop::collection::vec(rotation(), 1000), angle in 1e-4_f32..1.0
+    ) {
+        // Different rotations, the same one again and again, and small ones: f32 coefficients, f32 matrices.
+        let start = narrow(&sh);
+        let axis = (turns[1] * DVec3::Z).as_vec3().normalize();
+        let steps: [&dyn Fn(usize) -> Mat3; 3] = [
+            &|k| Mat3::from_quat(turns[k].as_quat()),
+            &|_| Mat3::from_quat(turns[0].as_quat()),
+            &|_| Mat3::from_axis_angle(axis, angle),
+        ];
+        for step in steps {
+            let mut sh = start;
+            for k in 0..1000 {
+                sh = sh.rotate(&step(k));
+            }
+            for l in 0..5 {
+                let ratio = f64::from(sh.band_energy(l)) / f64::from(start.band_energy(l));
+                prop_assert!((ratio - 1.0).abs() < 1e-5, "band {}: {}", l, ratio);
+            }
         }
     }
 }
 
 proptest! {
     #![proptest_config(cases(4096))]
+
+    #[test]
+    fn uniform_field_gives_pi_l(n in direction(), radiance in prop::array::uniform3(0.0_f32..3e4)) {
+        let radiance = Vec3::from(radiance);
+        let e = Sh::<25, Vec3>::constant(radiance).irradiance(n.as_vec3());
+        let expected = radiance * core::f32::consts::PI;
+        // Three roundings.
+        prop_assert!((e - expected).abs().cmple(expected * 3.0 * EPS).all(), "{}", e);
+    }
 
     #[test]
     fn unrolled_is_the_recurrence_to_4_ulp(d in direction()) {
@@ -175,6 +182,43 @@ proptest! {
             prop_assert!(f64::from((a[i] - b[i]).abs()) <= 4.0 * ulp, "{}: {} {}", i, a[i], b[i]);
             prop_assert!((c[i] - e[i]).abs() <= 4.0 * bound(i) * f64::EPSILON, "{}: {} {}", i, c[i], e[i]);
         }
+    }
+
+    #[test]
+    fn unrolled_gradient_is_the_recurrence(d in direction(), sh in coefficients::<25>()) {
+        fn case<const N: usize>(d: DVec3, sh: &Sh<25, f64>) -> Result<(), TestCaseError> {
+            let f = d.as_vec3();
+            let ((y, a), (_, b)) = (basis_and_gradient::<N, f32>(f), basis_and_gradient_by_recurrence::<N, f32>(f));
+            let ((wide_y, c), (_, e)) = (basis_and_gradient::<N, f64>(d), basis_and_gradient_by_recurrence::<N, f64>(d));
+            prop_assert_eq!(y, basis::<N, f32>(f));
+            prop_assert_eq!(wide_y, basis::<N, f64>(d));
+            for i in 0..N {
+                // An ulp of the band's bound: the addition theorem's Σ_m |∇Y_lm|² = l(l+1)(2l+1)/4π.
+                let l = band(i) as f64;
+                // 4 of rounding as for the values, and one for each of the l factors of a direction whose length is off by an
+                // ulp, as the two forms leave the sphere in different ways.
+                let tolerance = (4.0 + l) * bound(i) * (l * (l + 1.0)).sqrt();
+                for axis in 0..3 {
+                    let (single, double) = (a[i][axis] - b[i][axis], c[i][axis] - e[i][axis]);
+                    prop_assert!(f64::from(single.abs()) <= tolerance * f64::from(EPS), "{}: {:?} {:?}", i, a[i], b[i]);
+                    prop_assert!(double.abs() <= tolerance * f64::EPSILON, "{}: {:?} {:?}", i, c[i], e[i]);
+                }
+            }
+            // Summed before it is made tangent; a sum of up to 25 terms within 8 ulp of at most 3.8 each.
+            let sh = sh.resize::<N>();
+            let (sum, rgb) = (DVec3::from(sh.gradient(d)), sh.map(|c| DVec3::new(c, 0.0, -2.0 * c)).gradient(d));
+            let expected: DVec3 = sh.0.iter().zip(c).map(|(&f, g)| f * DVec3::from(g)).sum();
+            prop_assert!((sum - expected).length() < 25.0 * 8.0 * 3.8 * f64::EPSILON, "{} {}", sum, expected);
+            prop_assert!(sum.dot(d).abs() < 1e-14);
+            for axis in 0..3 {
+                prop_assert!((rgb[axis] - DVec3::new(1.0, 0.0, -2.0) * sum[axis]).length() < 1e-14);
+            }
+            Ok(())
+        }
+        case::<4>(d, &sh)?;
+        case::<9>(d, &sh)?;
+        case::<16>(d, &sh)?;
+        case::<25>(d, &sh)?;
     }
 
     #[test]
@@ -229,31 +273,52 @@ proptest! {
 
     #[test]
     fn convolution_theorem(f in coefficients::<16>(), n in direction(), exponent in 1_u32..8) {
-        // ∫ f(ω) (n·ω)^k dω by exact quadrature, against the factors. An even or odd power on the whole sphere is a
-        // polynomial, so the rule is exact; the clamped kernel is half of it plus an odd part that A_l must carry.
+        // ∫ f(ω) (n·ω)^k dω by exact quadrature, against the factors: a polynomial, so the rule is exact.
         let mut sum = 0.0;
         Quadrature::new(3 + exponent as usize).for_each(|d, w| {
             sum += w * f.evaluate(d) * n.dot(DVec3::from(d)).powi(exponent as i32);
         });
         let kernel = Zonal::<16, f64>::from_fn(8, -1.0, 1.0, |t| t.powi(exponent as i32));
         prop_assert!((f.convolve(&kernel).evaluate(n) - sum).abs() < 1e-13 * 10.0);
-        // max(0,t)^k + (−1)^k max(0,−t)^k = t^k.
-        let front = Zonal::<16, f64>::phong(f64::from(exponent));
-        let sign = if exponent % 2 == 0 { 1.0 } else { -1.0 };
-        let both = f.convolve(&front).evaluate(n) + sign * f.convolve(&front).evaluate(-n);
-        prop_assert!((both - sum).abs() < 1e-13 * 10.0);
+    }
+
+    #[test]
+    fn phong_factors_match_quadrature(exponent in prop_oneof![0.0_f64..100.0, (0_u32..100).prop_map(f64::from)]) {
+        let lobe = Zonal::<121, f64>::phong(exponent);
+        // ∫₀¹ tⁿ P_l(t) dt with t = s⁸: 8 s^(8n+7) P_l(s⁸), a polynomial of degree 887 at most where n is whole, exact with
+        // 450 points; else short of one at s = 0 alone, beyond its 7th derivative, which leaves the rule about points⁻¹⁶.
+        let mut sum = [0.0; 11];
+        for (x, w) in RULE.iter() {
+            let s = 0.5 * (x + 1.0);
+            let t = s.powi(8);
+            let weighted = 0.5 * w * 8.0 * s.powf(8.0 * exponent + 7.0) * core::f64::consts::TAU;
+            let (mut below, mut p) = (0.0, 1.0);
+            for (l, sum) in sum.iter_mut().enumerate() {
+                *sum += weighted * p;
+                let lf = l as f64;
+                (below, p) = (p, ((2.0 * lf + 1.0) * t * p - lf * below) / (lf + 1.0));
+            }
+        }
+        for (l, sum) in sum.into_iter().enumerate() {
+            // Rounding of 450 terms, in units of the greatest factor, that of band 0.
+            prop_assert!((lobe.factor(l) - sum).abs() < 1e-12 * lobe.factor(0), "A_{}: {} {}", l, lobe.factor(l), sum);
+        }
     }
 
     #[test]
     fn gradient_is_the_derivative(d in direction(), e in direction(), sh in coefficients::<49>()) {
         let (y, g) = basis_and_gradient::<49, f64>(d);
         prop_assert_eq!(y, basis::<49, f64>(d));
+        let (_, low) = basis_and_gradient::<25, f64>(d);
         let h = 1e-5;
         for (axis, step) in DVec3::AXES.into_iter().enumerate() {
             let at = |h: f64| basis::<49, f64>((d + step * h).normalize());
             let (a, b) = (at(h), at(-h));
             for ((a, b), g) in a.iter().zip(b).zip(g) {
                 // Central difference: h²·l³ of truncation, ε/h of rounding.
+                prop_assert!(((a - b) / (2.0 * h) - g[axis]).abs() < 3e-7);
+            }
+            for ((a, b), g) in a.iter().zip(b).zip(low) {
                 prop_assert!(((a - b) / (2.0 * h) - g[axis]).abs() < 3e-7);
             }
         }
@@ -307,6 +372,11 @@ proptest! {
         let long = unit::<f32>((d * 10.0_f64.powi(exponent / 9)).as_vec3());
         let error = long.map(|u| (Vec3::from(u).as_dvec3() - d).length());
         prop_assert!(error.is_some_and(|e| e < 2e-7), "{:?}", error);
+        let longest = unit::<f64>(d * (0.99 * f64::MAX));
+        prop_assert!(longest.is_some_and(|u| (DVec3::from(u) - d).length() < 1e-15), "{:?}", longest);
+        let two = unit::<f64>([1e308, 1e308, 0.0]).map(DVec3::from);
+        prop_assert!(two.is_some_and(|u| (u - DVec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-15), "{:?}", two);
+        prop_assert!(unit::<f64>([f64::INFINITY, f64::NEG_INFINITY, 0.0]).is_none());
         prop_assert!(unit::<f32>(Vec3::ZERO).is_none() && unit::<f32>(Vec3::new(0.0, f32::NAN, 1.0)).is_none());
         prop_assert!(unit::<f32>(Vec3::new(0.0, f32::INFINITY, 1.0)).is_none());
     }

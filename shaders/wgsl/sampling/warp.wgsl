@@ -108,10 +108,11 @@ struct WarpSplit {
 }
 
 /// Chooses the first or second part of [0, 1), in the proportion a : b, and stretches it to [0, 1).
-/// A part of size 0 is never chosen: u ≤ 1 − 2⁻²⁴ keeps the rounded u·(a + b) below a + b.
+/// A part of size 0 is never chosen: u ≤ 1 − 2⁻²⁴ keeps the rounded u·(a + b) below a + b where that is a normal
+/// number; b > 0 decides where it is not, as the product of subnormals may round up to the sum.
 fn warp_split(u: f32, a: f32, b: f32) -> WarpSplit {
     let t = u * (a + b);
-    let second = t >= a;
+    let second = t >= a && b > 0.0;
     let rest = select(t, t - a, second) / select(a, b, second);
     return WarpSplit(clamp(rest, 0.0, WARP_BELOW_ONE), second);
 }
