@@ -156,8 +156,15 @@ modules! {
     /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
     RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
-        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/occlusion.wgsl",
+        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/occlusion.wgsl",
     ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
+    /// What ends the directions of later bounces; twin of `radiance_hints::cpu::stops`.
+    RADIANCE_HINTS_STOPS = [
+        "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/border.wgsl", "radiance_hints/stops.wgsl",
+    ] => ["stop_directions"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
     RADIANCE_HINTS_ESTIMATE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/look.wgsl",
@@ -166,7 +173,7 @@ modules! {
     /// Light from hint to hint; twin of `radiance_hints::cpu::bounce`.
     RADIANCE_HINTS_BOUNCE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl", "sh/sh.wgsl",
-        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/bounce.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/border.wgsl", "radiance_hints/bounce.wgsl",
     ] => ["bounce_directions", "bounce_sphere", "bounce_sphere_as_printed"];
     /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
     RADIANCE_HINTS_RECONSTRUCT = [

@@ -138,6 +138,14 @@ pub struct Settings {
     pub side: u32,
     /// Samples in it; 0 where there are no windows.
     pub near: u32,
+    /// Words of what ends the directions of later bounces, per hint; 0 where nothing is tested.
+    pub stop_words: u32,
+    /// Of those directions.
+    pub direction_seed: u32,
+    /// Fills the row.
+    pub pad0: u32,
+    /// Fills the row.
+    pub pad1: u32,
     /// Albedo and depth behind each face; 0 and 1 where `enclosed` is 0.
     pub enclosure: [[f32; 4]; 6],
 }

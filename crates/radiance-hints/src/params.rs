@@ -175,6 +175,15 @@ impl Options {
         }
     }
 
+    /// Words per hint of what ends the directions of later bounces; 0 where nothing is tested or there are none.
+    #[must_use]
+    pub const fn stop_words(&self) -> u32 {
+        match self.visibility {
+            Visibility::RsmDepth if self.bounces > 1 => self.bounce_samples.div_ceil(4),
+            _ => 0,
+        }
+    }
+
     /// Bytes of the hints: `16·vectors` for each and each volume that is held at once, one for one bounce, two for two
     /// and three for more; 20 more for each where there is more than one bounce.
     #[must_use]

@@ -220,7 +220,7 @@ fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     let mut totals = vec![1.0];
     let mut last = first.clone();
     for number in 2..=bounces {
-        last = cpu::bounce(&lattice, &first, &last, &surroundings, number, &options, &params);
+        last = cpu::bounce(&lattice, &first, &last, &surroundings, &[], number, &options, &params);
         let mean = last.iter().step_by(7).map(|v| v.x).sum::<f32>() / lattice.hints() as f32 / ROOT;
         totals.push(mean);
     }
@@ -292,7 +292,7 @@ fn bounces_of_a_sphere_add_up() {
             exact += 0.628 * 0.5_f32.powi(number as i32);
             if number > 1 {
                 let (first, around) = (&estimate.hints, &estimate.surroundings);
-                last = cpu::bounce(&lattice, first, &last, around, number, &options, &params);
+                last = cpu::bounce(&lattice, first, &last, around, &[], number, &options, &params);
             }
             let field = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
             let e = cpu::reconstruct(&field, &camera, Scale::Full, &params);

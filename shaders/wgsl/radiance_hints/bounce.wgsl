@@ -11,6 +11,9 @@
 @group(0) @binding(4) var<storage, read> surroundings: array<Surroundings>;
 @group(0) @binding(5) var<storage, read_write> next: array<vec4<f32>>;
 
+/// What ends the directions; one word that is not read where nothing is tested.
+@group(0) @binding(6) var<storage, read> stops: array<u32>;
+
 const PLACES: u32 = 4u;
 
 @compute @workgroup_size(64)
@@ -24,22 +27,24 @@ fn bounce_directions(
         return;
     }
     let position = lattice_position(hint);
-    let volume = lattice.volume[lattice.volume[lattice_volume(hint)].room];
-    let reach = settings.range * length(volume.cell * vec3<f32>(volume.resolution));
+    let room = lattice.volume[lattice.volume[lattice_volume(hint)].room];
     var sh: array<vec3<f32>, 9>;
     for (var j = 0u; j < settings.bounce_samples; j++) {
-        // The same directions for all hints: what they miss is smooth then, not noise.
-        let w = sphere_uniform(sobol_2d(j, settings.seed));
-        let border = exit(volume, position, w);
-        let farthest = min(border.x * settings.enclosure[u32(border.y)].w, reach);
-        // From the border inwards, until a hint sees something: others are outside of the room.
+        let w = direction(j);
+        let border = border_of(room, position, w);
+        var farthest = border.x;
+        let stop = stop_of(hint, j);
+        if stop != OPEN {
+            farthest = max(farthest * (f32(stop) / f32(OPEN)) - half_cell(room, w), 0.0);
+        }
+        // From there inwards, until a hint sees something: others are outside of the room.
         var radiance = vec3(0.0);
         for (var i = 0u; i < PLACES; i++) {
             let q = position + w * (farthest * (1.0 - f32(i) / f32(PLACES)));
             let other = nearest_hint(q);
             if surroundings[other].r_max > 0.0 {
                 var albedo = settings.enclosure[u32(border.y)].xyz;
-                if settings.enclosed == 0u {
+                if settings.enclosed == 0u || stop != OPEN {
                     albedo = albedo_of(other);
                 }
                 radiance = radiance_from(other, w, albedo);
@@ -119,6 +124,14 @@ fn sphere(hint: u32, printed: bool) {
     store(hint, sh, select(0.0, 4.0 * PI / total, total > 0.0));
 }
 
+/// The stop of direction j; OPEN where nothing was tested.
+fn stop_of(hint: u32, j: u32) -> u32 {
+    if settings.stop_words == 0u {
+        return OPEN;
+    }
+    return (stops[hint * settings.stop_words + j / 4u] >> (8u * (j % 4u))) & 255u;
+}
+
 fn store(hint: u32, sh: array<vec3<f32>, 9>, scale: f32) {
     let begin = hint * settings.vectors;
     var vectors = pack_hint(sh);
@@ -139,25 +152,6 @@ fn radiance_from(hint: u32, w: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
 fn albedo_of(hint: u32) -> vec3<f32> {
     let albedo = surroundings[hint].albedo;
     return vec3(albedo[0], albedo[1], albedo[2]);
-}
-
-/// Where the ray from p, inside, along w leaves the volume: distance and face, −x, +x, −y, +y, −z, +z.
-fn exit(volume: Volume, p: vec3<f32>, w: vec3<f32>) -> vec2<f32> {
-    let end = volume.origin + volume.cell * vec3<f32>(volume.resolution);
-    var nearest = 0x1.fffffep+127;
-    var face = 0u;
-    for (var axis = 0u; axis < 3u; axis++) {
-        if w[axis] == 0.0 {
-            continue;
-        }
-        let up = w[axis] > 0.0;
-        let t = (select(volume.origin[axis], end[axis], up) - p[axis]) / w[axis];
-        if t < nearest {
-            nearest = t;
-            face = 2u * axis + u32(up);
-        }
-    }
-    return vec2(max(nearest, 0.0), f32(face));
 }
 
 /// Eq. 11, and the step that is left of it where both distances are the same.

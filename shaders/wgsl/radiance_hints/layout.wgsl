@@ -77,6 +77,12 @@ struct Settings {
     /// Nodes along each side of either level of a hint's window, and samples in it; 0 where there are no windows.
     side: u32,
     near: u32,
+    /// Words of `stops` per hint; 0 where nothing is tested.
+    stop_words: u32,
+    /// Of the directions of later bounces.
+    direction_seed: u32,
+    pad0: u32,
+    pad1: u32,
     /// Mean albedo and depth of what lies behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
     enclosure: array<vec4<f32>, 6>,
 }

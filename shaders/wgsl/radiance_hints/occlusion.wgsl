@@ -23,11 +23,7 @@ struct DepthCopy {
 /// One element that is not read where there are no windows.
 @group(0) @binding(9) var<storage, read> windows: array<Window>;
 
-const STEPS: u32 = 16u;
-const REFINEMENTS: u32 = 5u;
 const POINTS: u32 = 8u;
-/// Marks a place outside of a view's image.
-const OUTSIDE: f32 = -1e38;
 
 /// The depths of one view, side by side with those of the others.
 @compute @workgroup_size(64)
@@ -87,65 +83,15 @@ fn occlusion_word(i: u32, by_camera: bool) -> u32 {
             found = hidden(s.position, y);
         } else {
             for (var m = 0u; m < settings.maps; m++) {
-                found = max(found, crossed(m, s.position, y));
+                // The first point is near the surface that the sample lies on.
+                if crossing(m, s.position, y, 1u) < 1.0 {
+                    found = 15u;
+                }
             }
         }
         word |= found << (4u * (k - begin));
     }
     return word;
-}
-
-/// How far p lies behind what the view sees there; negative before it, OUTSIDE of the image.
-fn behind(v: u32, p: vec3<f32>) -> f32 {
-    let view = views[v];
-    let size = view.size;
-    let at = plane_project(view, p);
-    let texel = at.xy * vec2<f32>(size);
-    if at.z <= 0.0 || !(texel.x >= 0.0 && texel.y >= 0.0 && texel.x < f32(size.x) && texel.y < f32(size.y)) {
-        return OUTSIDE;
-    }
-    let seen = depths[view.first_texel + u32(texel.y) * size.x + u32(texel.x)];
-    let depth = dot(view.forward, p - view.origin);
-    return select(-depth, depth - seen, seen > 0.0);
-}
-
-/// 15 where the segment from a, on a surface, to b goes through a surface that the view sees; 0 where not.
-fn crossed(v: u32, a: vec3<f32>, b: vec3<f32>) -> u32 {
-    let length = length(b - a);
-    let step = 1.0 / f32(STEPS);
-    // The first point is near the surface that the sample lies on.
-    var before = behind(v, a + (b - a) * step);
-    for (var i = 2u; i <= STEPS; i++) {
-        let t = f32(i) * step;
-        let now = behind(v, a + (b - a) * t);
-        if before != OUTSIDE && now != OUTSIDE && (before < 0.0) != (now < 0.0) {
-            // Where it changes sides, more finely.
-            var lo = t - step;
-            var hi = t;
-            var x = before;
-            var y = now;
-            for (var r = 0u; r < REFINEMENTS; r++) {
-                let middle = 0.5 * (lo + hi);
-                let m = behind(v, a + (b - a) * middle);
-                if m == OUTSIDE {
-                    break;
-                }
-                if (m < 0.0) == (x < 0.0) {
-                    lo = middle;
-                    x = m;
-                } else {
-                    hi = middle;
-                    y = m;
-                }
-            }
-            // On a surface both depths are as near to it as the rest of the step is long; at a silhouette they jump.
-            if abs(y - x) < 4.0 * (hi - lo) * length {
-                return 15u;
-            }
-        }
-        before = now;
-    }
-    return 0u;
 }
 
 /// How many points of the segment from a to b the camera does not see.

@@ -511,7 +511,9 @@ impl Gpu {
         let mut found = shared::rsm_twins(&found);
         for t in &mut found {
             // What grazes a texel's border falls to either side of it, as a silhouette does.
-            if let ("occlusion" | "near", Data::Ints(a), Data::Ints(b)) = (t.pass.as_str(), &t.cpu, &t.gpu) {
+            if let ("occlusion" | "near" | "stops", Data::Ints(a), Data::Ints(b)) =
+                (t.pass.as_str(), &t.cpu, &t.gpu)
+            {
                 t.same_triangle = Some(a.iter().zip(b).map(|(a, b)| a == b).collect());
             }
         }

@@ -21,7 +21,10 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
 
-use super::field::{Field, nearest_hint, pack};
+use super::{
+    field::{Field, nearest_hint, pack},
+    stops::{OPEN, half_cell, stop_of},
+};
 use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
@@ -35,20 +38,36 @@ pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
     sh_lobe_l2(COSINE, n)
 }
 
-/// The seed of bounce `number`, 2 for the first after the estimate.
+/// The seed of bounce `number`, 2 for the first after the estimate, of [`Transport::Sphere`].
 #[must_use]
 pub fn bounce_seed(seed: u32, number: u32) -> u32 {
     hash_combine(seed, number)
 }
 
+/// Direction `j` of [`Transport::Directions`]: the same for all bounces, and for all hints: what they miss is smooth then, not
+/// noise.
+pub(super) fn direction(params: &Params, j: u32) -> Vec3 {
+    mapping::sphere_uniform(sobol::sample_2d(j, bounce_seed(params.seed, 0)))
+}
+
+/// How far a hint looks along `w`, and the face of the box that lies there.
+pub(super) fn border(lattice: &Lattice, hint: u32, position: Vec3, w: Vec3, params: &Params) -> (f32, usize) {
+    let room = lattice.room(hint);
+    let (border, face) = exit(room, position, w);
+    let depth = params.enclosure.map_or(1.0, |e| e.depth[face]);
+    ((border * depth).min(params.range * extent(room).length()), face)
+}
+
 /// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
-/// `surroundings` are those of the estimate.
+/// `surroundings` are those of the estimate, `stops` the words of [`stops`](super::stops), or none.
 #[must_use]
+#[allow(clippy::too_many_arguments, reason = "what the GPU binds")]
 pub fn bounce(
     lattice: &Lattice,
     first: &[Vec4],
     last: &[Vec4],
     surroundings: &[Surroundings],
+    stops: &[u32],
     number: u32,
     options: &Options,
     params: &Params,
@@ -57,6 +76,8 @@ pub fn bounce(
     let source = Source {
         field: Field { lattice, order: options.order, hints: last },
         surroundings,
+        stops,
+        per_hint: options.stop_words(),
         seed: bounce_seed(params.seed, number),
         samples: options.bounce_samples,
         params,
@@ -81,6 +102,8 @@ pub fn bounce(
 struct Source<'a> {
     field: Field<'a>,
     surroundings: &'a [Surroundings],
+    stops: &'a [u32],
+    per_hint: u32,
     seed: u32,
     samples: u32,
     params: &'a Params,
@@ -90,16 +113,17 @@ impl Source<'_> {
     /// [`Transport::Directions`].
     fn directions(&self, hint: u32) -> [Vec3; 9] {
         let lattice = self.field.lattice;
-        let (position, volume) = (lattice.position(hint), lattice.room(hint));
-        let reach = self.params.range * extent(volume).length();
+        let position = lattice.position(hint);
         let mut sh = [Vec3::ZERO; 9];
         for j in 0..self.samples {
-            // The same directions for all hints: what they miss is smooth then, not noise.
-            let w = mapping::sphere_uniform(sobol::sample_2d(j, self.seed));
-            let (border, face) = exit(volume, position, w);
-            let depth = self.params.enclosure.map_or(1.0, |e| e.depth[face]);
-            let farthest = (border * depth).min(reach);
-            // From the border inwards, until a hint sees something: others are outside of the room.
+            let w = direction(self.params, j);
+            let (mut farthest, face) = border(lattice, hint, position, w, self.params);
+            let stop = stop_of(self.stops, hint, j, self.per_hint);
+            if stop != OPEN {
+                let half = half_cell(lattice, hint, w);
+                farthest = (farthest * (stop as f32 / OPEN as f32) - half).max(0.0);
+            }
+            // From there inwards, until a hint sees something: others are outside of the room.
             let mut radiance = Vec3::ZERO;
             for i in 0..PLACES {
                 let q = position + w * (farthest * (1.0 - i as f32 / PLACES as f32));
@@ -107,8 +131,8 @@ impl Source<'_> {
                 let around = &self.surroundings[other as usize];
                 if around.r_max > 0.0 {
                     let albedo = match &self.params.enclosure {
-                        Some(enclosure) => enclosure.albedo[face],
-                        None => Vec3::from(around.albedo),
+                        Some(enclosure) if stop == OPEN => enclosure.albedo[face],
+                        _ => Vec3::from(around.albedo),
                     };
                     radiance = self.radiance(other, w, albedo);
                     break;

@@ -1,6 +1,7 @@
 //! The passes in plain Rust: what the GPU is held against, and the fallback where there is none.
 
 mod bounce;
+mod depths;
 mod enclosure;
 mod estimate;
 mod field;
@@ -10,6 +11,7 @@ mod occlusion;
 mod reconstruct;
 mod sample;
 mod smooth;
+mod stops;
 mod upsample;
 
 use std::time::Instant;
@@ -29,6 +31,7 @@ pub use occlusion::{occlusion, share_of_blocked, words};
 pub use reconstruct::{irradiance, low_size, reconstruct};
 pub use sample::sample;
 pub use smooth::{Previous, smooth};
+pub use stops::stops;
 pub use upsample::upsample;
 
 use crate::{Error, Lattice, Options, Params, Sample, Surroundings};
@@ -46,6 +49,8 @@ pub struct Output {
     pub near: Near,
     /// What stands between hints and samples, see [`occlusion`]; empty where nothing is tested.
     pub blocked: Vec<u32>,
+    /// What ends the directions of later bounces, see [`stops`]; empty where nothing is tested.
+    pub stops: Vec<u32>,
     /// The hints after each bounce, see [`Estimate::hints`].
     pub bounces: Vec<Vec<Vec4>>,
     /// What the hints know of their surroundings; empty for one bounce.
@@ -62,13 +67,13 @@ impl Output {
     /// Bytes of the maps, the hints and the buffers of the image.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        // Three of the volumes are ever needed at once.
-        let hints: usize = self.bounces.iter().take(3).map(|b| size_of_val(b.as_slice())).sum();
+        let hints: usize = self.bounces.iter().map(|b| size_of_val(b.as_slice())).sum();
         self.rsm.bytes()
             + size_of_val(self.samples.as_slice())
             + size_of_val(self.near.samples.as_slice())
             + size_of_val(self.near.windows.as_slice())
             + size_of_val(self.blocked.as_slice())
+            + size_of_val(self.stops.as_slice())
             + hints
             + size_of_val(self.surroundings.as_slice())
             + size_of_val(self.low.as_slice())
@@ -101,11 +106,12 @@ pub fn indirect(
     });
     let Estimate { hints, surroundings } =
         timed(&mut passes, "estimate", || estimate(lattice, &looked, &blocked, options, params));
+    let stops = timed(&mut passes, "stops", || stops(&rsm, lattice, options, params));
     let mut bounces = vec![hints];
     timed(&mut passes, "bounce", || {
         for number in 2..=options.bounces {
             let (first, last) = (&bounces[0], &bounces[bounces.len() - 1]);
-            let next = bounce(lattice, first, last, &surroundings, number, options, params);
+            let next = bounce(lattice, first, last, &surroundings, &stops, number, options, params);
             bounces.push(next);
         }
     });
@@ -113,7 +119,7 @@ pub fn indirect(
     let low = timed(&mut passes, "reconstruct", || reconstruct(&field, camera, options.scale, params));
     let irradiance = timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
     let image = timed(&mut passes, "shade", || shade(camera, &irradiance));
-    Ok(Output { image, rsm, samples, near, blocked, bounces, surroundings, low, irradiance, passes })
+    Ok(Output { image, rsm, samples, near, blocked, stops, bounces, surroundings, low, irradiance, passes })
 }
 
 fn timed<T>(passes: &mut Vec<PassTime>, name: &'static str, pass: impl FnOnce() -> T) -> T {

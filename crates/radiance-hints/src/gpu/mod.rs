@@ -15,12 +15,12 @@ pub use twins::twins;
 
 use indirect_gpu::shaders::{
     RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_OCCLUSION, RADIANCE_HINTS_RECONSTRUCT,
-    RADIANCE_HINTS_SAMPLE, RADIANCE_HINTS_UPSAMPLE, RSM_SHADE,
+    RADIANCE_HINTS_SAMPLE, RADIANCE_HINTS_STOPS, RADIANCE_HINTS_UPSAMPLE, RSM_SHADE,
 };
 use indirect_gpu::wgpu::{CommandEncoder, Device};
 use indirect_gpu::{Kernel, PassTimer, SceneBuffers, workgroups_1d};
 
-use crate::{Error, Options, Sampling, Scale, Visibility};
+use crate::{Error, Options, Sampling, Scale, Transport, Visibility};
 
 /// Invocations per workgroup of every pass.
 const WORKGROUP: u32 = 64;
@@ -35,7 +35,8 @@ pub struct RadianceHints {
     /// Copies depths; tests.
     occlusion: Option<[Kernel; 2]>,
     estimate: Kernel,
-    /// One per [`Transport`](crate::Transport), in its order.
+    stops: Option<Kernel>,
+    /// One per [`Transport`], in its order.
     bounce: Option<[Kernel; 3]>,
     reconstruct: Kernel,
     upsample: Option<Kernel>,
@@ -69,6 +70,7 @@ impl RadianceHints {
                 ["occlusion_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_OCCLUSION, entry))
             }),
             estimate: kernel(&RADIANCE_HINTS_ESTIMATE, "estimate"),
+            stops: (options.stop_words() > 0).then(|| kernel(&RADIANCE_HINTS_STOPS, "stop_directions")),
             bounce: (options.bounces > 1).then(|| bounces.map(|entry| kernel(&RADIANCE_HINTS_BOUNCE, entry))),
             reconstruct: kernel(&RADIANCE_HINTS_RECONSTRUCT, "reconstruct"),
             upsample: (options.scale != Scale::Full).then(|| kernel(&RADIANCE_HINTS_UPSAMPLE, "upsample")),
@@ -99,6 +101,7 @@ impl RadianceHints {
         self.encode_near(encoder, timer, resources)?;
         self.encode_occlusion(encoder, timer, resources)?;
         self.encode_estimate(encoder, timer, resources)?;
+        self.encode_stops(encoder, timer, resources)?;
         for number in 2..=self.options.bounces {
             self.encode_bounce(encoder, timer, resources, number)?;
         }
@@ -199,6 +202,26 @@ impl RadianceHints {
     ) -> Result<(), Error> {
         let workgroups = workgroups_1d(u64::from(resources.hint_count), WORKGROUP)?;
         self.estimate.dispatch(encoder, timer, &[&resources.estimate_group], workgroups);
+        Ok(())
+    }
+
+    /// `stops`: what ends the directions of later bounces, after `occlusion`, which collects the depths; nothing to do where
+    /// nothing is tested or light goes from place to place.
+    ///
+    /// # Errors
+    /// See [`RadianceHints::encode`].
+    pub fn encode_stops(
+        &self,
+        encoder: &mut CommandEncoder,
+        timer: &mut PassTimer,
+        resources: &Resources,
+    ) -> Result<(), Error> {
+        let (Some(kernel), Some(group)) = (&self.stops, &resources.stops_group) else { return Ok(()) };
+        if resources.transport != Transport::Directions {
+            return Ok(());
+        }
+        let words = u64::from(resources.hint_count) * u64::from(self.options.stop_words());
+        kernel.dispatch(encoder, timer, &[group], workgroups_1d(words, WORKGROUP)?);
         Ok(())
     }
 

@@ -64,6 +64,8 @@ pub struct Resources {
     pub windows: Buffer,
     /// `array<u32>`: what stands between hints and samples; one word without a test.
     pub blocked: Buffer,
+    /// `array<u32>`: what ends the directions of later bounces; one word without a test.
+    pub stops: Buffer,
     /// `array<vec4<f32>>`: the hints after the first bounce, then those of later ones by turns; as many as are held at once.
     pub volumes: Vec<Buffer>,
     /// `array<Surroundings>`; one element for one bounce.
@@ -82,6 +84,7 @@ pub struct Resources {
     pub(super) near_groups: Vec<BindGroup>,
     pub(super) occlusion: Option<OcclusionGroups>,
     pub(super) estimate_group: BindGroup,
+    pub(super) stops_group: Option<BindGroup>,
     pub(super) bounce_groups: Vec<[BindGroup; 3]>,
     pub(super) reconstruct_group: BindGroup,
     pub(super) upsample_group: Option<BindGroup>,
@@ -146,6 +149,8 @@ impl Resources {
         let windows = empty_storage_buffer::<Window>(device, "radiance hints windows", windows)?;
         let words = u64::from(hint_count) * u64::from(options.words());
         let blocked = empty_storage_buffer::<u32>(device, "radiance hints occlusion", words)?;
+        let words = u64::from(hint_count) * u64::from(options.stop_words());
+        let stops = empty_storage_buffer::<u32>(device, "radiance hints stops", words)?;
         let vectors = u64::from(hint_count) * u64::from(options.order.vectors());
         let volumes = (0..options.bounces.min(3))
             .map(|_| empty_storage_buffer::<[f32; 4]>(device, "radiance hints", vectors))
@@ -252,6 +257,19 @@ impl Resources {
                 (6, windows.as_entire_binding()),
             ],
         );
+        let stops_group = match (&hints.stops, &depths) {
+            (Some(kernel), Some(depths)) => {
+                let resources = [
+                    (0, settings.as_entire_binding()),
+                    (1, lattice_buffer.as_entire_binding()),
+                    (2, views.as_entire_binding()),
+                    (3, depths.as_entire_binding()),
+                    (4, stops.as_entire_binding()),
+                ];
+                Some(kernel.bind(device, 0, &resources))
+            }
+            _ => None,
+        };
         let bounce_settings: Vec<_> = (2..=options.bounces)
             .map(|_| uniform_buffer(device, "radiance hints bounce", &Settings::zeroed()))
             .collect();
@@ -263,18 +281,18 @@ impl Resources {
                     let (last, next) = (&volumes[volume_of(number - 1)], &volumes[volume_of(number)]);
                     let group = |transport: Transport| {
                         let base = if transport == Transport::SphereAsPrinted { last } else { &volumes[0] };
-                        kernels[transport as usize].bind(
-                            device,
-                            0,
-                            &[
-                                (0, settings.as_entire_binding()),
-                                (1, lattice_buffer.as_entire_binding()),
-                                (2, last.as_entire_binding()),
-                                (3, base.as_entire_binding()),
-                                (4, surroundings.as_entire_binding()),
-                                (5, next.as_entire_binding()),
-                            ],
-                        )
+                        let mut resources = vec![
+                            (0, settings.as_entire_binding()),
+                            (1, lattice_buffer.as_entire_binding()),
+                            (2, last.as_entire_binding()),
+                            (3, base.as_entire_binding()),
+                            (4, surroundings.as_entire_binding()),
+                            (5, next.as_entire_binding()),
+                        ];
+                        if transport == Transport::Directions {
+                            resources.push((6, stops.as_entire_binding()));
+                        }
+                        kernels[transport as usize].bind(device, 0, &resources)
                     };
                     [Transport::Directions, Transport::Sphere, Transport::SphereAsPrinted].map(group)
                 })
@@ -308,6 +326,7 @@ impl Resources {
             samples,
             windows,
             blocked,
+            stops,
             volumes,
             surroundings,
             low,
@@ -321,6 +340,7 @@ impl Resources {
             near_groups,
             occlusion,
             estimate_group,
+            stops_group,
             bounce_groups,
             reconstruct_group,
             upsample_group,
@@ -418,6 +438,10 @@ impl Resources {
             enclosed: u32::from(params.enclosure.is_some()),
             side: options.side(),
             near: options.near(),
+            stop_words: options.stop_words(),
+            direction_seed: indirect_sampling::rng::hash_combine(params.seed, 0),
+            pad0: 0,
+            pad1: 0,
             enclosure,
         }
     }
@@ -507,6 +531,10 @@ mod tests {
                 enclosed,
                 side,
                 near,
+                stop_words,
+                direction_seed,
+                pad0,
+                pad1,
                 enclosure
             }
         );

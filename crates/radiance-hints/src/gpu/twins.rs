@@ -14,7 +14,7 @@ use crate::{Error, Sample, Scale, Surroundings, Window, cpu};
 /// `camera_buffers` are the target that `resources` were made for. Their contents are overwritten. The maps themselves are
 /// compared by [`rsm::gpu::twins`].
 ///
-/// In the buffer of `occlusion` a word may differ where a segment grazes a texel's border, and in `near` a window where a
+/// In the buffers of `occlusion` and `stops` a word may differ where a segment grazes a texel's border, and in `near` a window where a
 /// hint's projection does: count them.
 ///
 /// # Errors
@@ -99,6 +99,13 @@ pub fn twins(
         add("estimate", "albedo".to_owned(), albedo(&expected.surroundings), albedo(&found));
         add("estimate", "distances".to_owned(), distances(&expected.surroundings), distances(&found));
         gpu.write(&resources.surroundings, &expected.surroundings);
+    }
+
+    if !expected.stops.is_empty() {
+        gpu.run(|encoder| hints.encode_stops(encoder, timer, resources))?;
+        let found = gpu.read::<u32>(&resources.stops)?;
+        add("stops", "stops".to_owned(), Data::U32(expected.stops.clone()), Data::U32(found));
+        gpu.write(&resources.stops, &expected.stops);
     }
 
     for number in 2..=hints.options().bounces {

@@ -1,0 +1,71 @@
+//! `stops`: how far light of later bounces comes along each direction, where the maps' depth tells.
+//!
+//! Later bounces follow directions to the border of the box ([`Transport::Directions`]); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
+//! end where the way goes through a surface that a light sees, as samples of the first bounce do. Eight bits per hint and
+//! direction, four to a word: the share of the way to the border, in 255ths, or 255 where nothing is in the way. The directions
+//! are the same for all bounces, so that this is done once.
+
+use glam::Vec3;
+use rayon::prelude::*;
+use rsm::Rsm;
+
+use super::{
+    bounce::{border, direction},
+    depths::{Depths, crossing},
+};
+use crate::{Lattice, Options, Params, Transport};
+
+/// Nothing is in the way.
+pub(super) const OPEN: u32 = 255;
+
+/// The words of all hints; none where nothing is tested or nothing follows directions.
+#[must_use]
+pub fn stops(rsm: &Rsm, lattice: &Lattice, options: &Options, params: &Params) -> Vec<u32> {
+    if options.stop_words() == 0 || params.transport != Transport::Directions {
+        return Vec::new();
+    }
+    let maps = Depths::of_maps(rsm);
+    let per_hint = options.stop_words();
+    (0..lattice.hints() * per_hint)
+        .into_par_iter()
+        .map(|i| {
+            let (hint, begin) = (i / per_hint, i % per_hint * 4);
+            let position = lattice.position(hint);
+            let mut word = 0;
+            for j in begin..(begin + 4).min(options.bounce_samples) {
+                let w = direction(params, j);
+                let (farthest, _) = border(lattice, hint, position, w, params);
+                let reach = farthest - half_cell(lattice, hint, w);
+                word |= stop(&maps, position, w, farthest, reach) << (8 * (j - begin));
+            }
+            word
+        })
+        .collect()
+}
+
+/// Half of a cell along `w`, metres: so far before what is in the way a hint is on this side of it.
+pub(super) fn half_cell(lattice: &Lattice, hint: u32, w: Vec3) -> f32 {
+    0.5 * w.abs().dot(lattice.room(hint).cell)
+}
+
+/// Where the way of the length `farthest` is blocked first. What lies beyond `reach`, half a cell before the border, is the
+/// border: walls mostly are, and rounding must not decide whether they are in the way.
+fn stop(maps: &[Depths<'_>], position: Vec3, w: Vec3, farthest: f32, reach: f32) -> u32 {
+    let mut nearest = OPEN;
+    for map in maps {
+        if let Some(t) = crossing(map, position, position + w * farthest, 0)
+            && t * farthest < reach
+        {
+            nearest = nearest.min((t * OPEN as f32) as u32);
+        }
+    }
+    nearest
+}
+
+/// The stop of direction `j`; [`OPEN`] where nothing was tested.
+pub(super) fn stop_of(stops: &[u32], hint: u32, j: u32, per_hint: u32) -> u32 {
+    if stops.is_empty() {
+        return OPEN;
+    }
+    stops[(hint * per_hint + j / 4) as usize] >> (8 * (j % 4)) & 255
+}
