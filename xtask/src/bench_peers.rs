@@ -1,4 +1,5 @@
-//! `bench-peers`: rays and paths beside Embree and Mitsuba, on the same geometry, in the same run.
+//! `bench-peers`: rays and paths beside Embree and Mitsuba, on the same geometry, spherical harmonics beside sphericart, all in
+//! the same run.
 //!
 //! The peers are Python packages in an environment under the target folder; where they cannot be had, their rows are left
 //! out and the reason is printed.
@@ -43,6 +44,7 @@ pub(crate) fn run(args: &BenchPeersArgs) -> Outcome {
     let mut scenes: Vec<&str> = args.scenes.iter().map(String::as_str).collect();
     if scenes.is_empty() {
         rays(&folder, python.as_deref())?;
+        harmonics(python.as_deref())?;
         scenes.extend(SCENES);
     }
     for name in scenes {
@@ -56,15 +58,15 @@ fn environment(folder: &Path) -> Option<PathBuf> {
     let python = folder.join("venv/bin/python");
     let works = |python: &Path| {
         Command::new(python)
-            .args(["-c", "import embreex, mitsuba, numpy"])
+            .args(["-c", "import embreex, mitsuba, numpy, sphericart"])
             .output()
             .is_ok_and(|o| o.status.success())
     };
     if !works(&python) {
-        say("setting up Embree and Mitsuba (Python packages) ...");
+        say("setting up Embree, Mitsuba and sphericart (Python packages) ...");
         let made = succeeds(Command::new("python3").args(["-m", "venv"]).arg(folder.join("venv")));
-        let pip =
-            ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "numpy", "embreex", "mitsuba"];
+        let quiet = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
+        let pip = quiet.into_iter().chain(["numpy", "embreex", "mitsuba", "sphericart"]);
         let installed = made.and_then(|()| succeeds(Command::new(&python).args(pip)));
         if let Err(why) = installed {
             say(format!("without peers: {why}"));
@@ -158,6 +160,23 @@ fn rays(folder: &Path, python: Option<&Path>) -> Outcome {
             }
         }
         Err(why) => say(format!("without Embree: {why}")),
+    }
+    Ok(())
+}
+
+/// Evaluation of spherical harmonics, one thread: `time_evaluation` of `sh-math` beside sphericart.
+fn harmonics(python: Option<&Path>) -> Outcome {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut ours = Command::new(cargo);
+    ours.current_dir(crate::root());
+    ours.args(["run", "--release", "--quiet", "-p", "sh-math", "--example", "time_evaluation"]);
+    let out = ours.output().map_err(|e| Failure::Check(format!("cargo: {e}")))?;
+    say("\nspherical harmonics, one thread, nanoseconds per direction:");
+    say(String::from_utf8_lossy(&out.stdout).trim_end());
+    let Some(python) = python else { return Ok(()) };
+    match json(Command::new(python).arg(script("sphericart_eval.py"))) {
+        Ok(peer) => say(format!("sphericart on the same directions:\n  {peer}")),
+        Err(why) => say(format!("without sphericart: {why}")),
     }
     Ok(())
 }

@@ -198,7 +198,7 @@ impl Technique for ImageSpaceRadiosity {
         let taus: &[&str] = if quick {
             &["tau=1", "tau=0.1"]
         } else {
-            &["tau=1", "tau=0.3", "tau=0.1", "tau=0.03", "tau=0.01"]
+            &["tau=1", "tau=0.3", "tau=0.1", "tau=0.03", "tau=0.01", "tau=0.003"]
         };
         let mut curves: Vec<_> =
             eye.iter().map(|e| taus.iter().map(|t| set(&[e, t])).collect::<Vec<_>>()).collect();

@@ -223,12 +223,14 @@ impl Technique for RadianceHints {
         let two = ["resolution=256", "order=2"];
         if quick {
             return vec![
-                curve(&base, "lattice", &[8, 16, 24]),
+                curve(&base, "lattice", &[8, 16, 32]),
                 curve(&one, "lattice", &[8, 16]),
+                curve(&one, "samples", &[12, 60, 200]),
                 curve(&two, "lattice", &[8, 16]),
             ];
         }
         let half = ["resolution=256", "scale=half"];
+        let lists = ["resolution=256", "bounces=1", "visibility=off", "sampling=importance"];
         let printed = [
             "resolution=256",
             "bounces=1",
@@ -243,6 +245,7 @@ impl Technique for RadianceHints {
             curve(&base, "bounces", &[1, 2, 3, 5]),
             curve(&one, "lattice", &[8, 12, 16, 24, 32]),
             curve(&one, "samples", &[12, 30, 60, 200]),
+            curve(&lists, "samples", &[12, 30, 60, 200]),
             curve(&two, "lattice", &[8, 16, 32]),
             curve(&half, "lattice", &[8, 16, 32]),
             curve(&printed, "lattice", &[8, 16, 32]),
