@@ -184,6 +184,9 @@ impl Tracer<'_> {
 
     fn light_path(&self, sampler: &mut Sampler, share: f32, vpls: &mut Vec<Vpl>, rays: &mut u64) {
         let Some((mut ray, mut flux, light)) = self.emit(sampler) else { return };
+        if flux == Vec3::ZERO {
+            return;
+        }
         flux *= share;
         let start = flux.max_element();
         for order in 0..self.limit() {
