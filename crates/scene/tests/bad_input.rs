@@ -230,6 +230,53 @@ fn instances_are_counted_before_they_are_made() {
     assert_eq!(asset.load_with(&options).unwrap().scene.mesh.triangles.len(), 11);
 }
 
+/// A mesh is looked at once, however many nodes show it: opened per node, these primitives would take hours.
+#[test]
+fn empty_primitives_are_not_multiplied_by_their_instances() {
+    let mut asset = Asset::triangle();
+    let empty = json!({"attributes": {}});
+    let mesh = asset.push("meshes", json!({"primitives": vec![empty; 50_000]}));
+    for _ in 0..50_000 {
+        asset.node(json!({"mesh": mesh}));
+    }
+    let loaded = asset.load().unwrap();
+    assert_eq!(loaded.scene.mesh.triangles.len(), 1);
+    // Counted where they are looked at: once each.
+    assert_eq!(loaded.stats.skipped_primitives, 50_000);
+}
+
+/// Of a sparse accessor that primitives share, the indices are checked once.
+#[test]
+fn a_shared_sparse_accessor_is_not_multiplied_by_its_users() {
+    let n: u32 = 50_000;
+    let mut asset = Asset::triangle();
+    let (i, v) = (
+        asset.view(&(0..n).flat_map(u32::to_le_bytes).collect::<Vec<_>>()),
+        asset.view(&vec![0; n as usize * 12]),
+    );
+    asset.root["accessors"].as_array_mut().unwrap().push(json!({
+        "count": n, "componentType": 5126, "type": "VEC3",
+        "sparse": {"count": n, "indices": {"bufferView": i, "componentType": UINT}, "values": {"bufferView": v}},
+    }));
+    // Points: many accessors are opened, and nothing is drawn.
+    let points = json!({"attributes": {"POSITION": 1}, "mode": 0});
+    let mesh = asset.push("meshes", json!({"primitives": vec![points; 50_000]}));
+    asset.node(json!({"mesh": mesh}));
+    assert_eq!(asset.load().unwrap().stats.skipped_primitives, 50_000);
+}
+
+#[test]
+fn placed_primitives_are_counted_before_they_are_made() {
+    let mut asset = Asset::triangle();
+    let primitive = json!({"attributes": {"POSITION": 0}});
+    let mesh = asset.push("meshes", json!({"name": "dust", "primitives": vec![primitive; 2048]}));
+    for _ in 0..2048 {
+        asset.node(json!({"name": "mote", "mesh": mesh}));
+    }
+    // With the one triangle at first, one more than 2^22.
+    fails(&asset, &["node 2050 `mote`, mesh 1 `dust`", "4194305 primitives, more than the limit of 4194304"]);
+}
+
 #[test]
 fn nothing_to_render() {
     assert_eq!(Asset::lit().error(), "no triangles in its scene");

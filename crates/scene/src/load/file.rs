@@ -8,10 +8,11 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Read as _;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use gltf::json::{Index, Root};
+use gltf::json::{Accessor, Index, Root};
 
 use crate::SceneLoadError;
 
@@ -29,6 +30,8 @@ pub(super) struct File<'a> {
     pub(super) root: Root,
     /// One per buffer of the file; `None` where it has no data.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
+    /// Per accessor, whether its check has passed; see [`File::once`].
+    checked: Vec<AtomicBool>,
 }
 
 /// Text from a file, fit for a message of one line: control characters are escaped, and the end of a long one is left out.
@@ -60,7 +63,8 @@ impl<'a> File<'a> {
         };
         let root: Root = gltf::json::deserialize::from_slice(json)
             .map_err(|e| malformed(format!("its glTF JSON is damaged: {e}")))?;
-        let mut file = Self { path, root, buffers: Vec::new() };
+        let checked = root.accessors.iter().map(|_| AtomicBool::new(false)).collect();
+        let mut file = Self { path, root, buffers: Vec::new(), checked };
         if let Some(name) = file.root.extensions_required.iter().find(|e| !SUPPORTED.contains(&e.as_str())) {
             return Err(file.unsupported(name));
         }
@@ -107,6 +111,20 @@ impl<'a> File<'a> {
         array.get(index.value()).ok_or_else(|| {
             self.fault(user, format!("names {kind} {}, but the file has {}", index.value(), array.len()))
         })
+    }
+
+    /// Runs a check of an accessor that takes time in proportion to its length, unless it has passed before.
+    pub(super) fn once<E>(
+        &self,
+        accessor: Index<Accessor>,
+        check: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
+        let flag = self.checked.get(accessor.value());
+        if !flag.is_some_and(|f| f.load(Ordering::Relaxed)) {
+            check()?;
+            flag.inspect(|f| f.store(true, Ordering::Relaxed));
+        }
+        Ok(())
     }
 
     /// Number of bytes that all buffers hold together.
