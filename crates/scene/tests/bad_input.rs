@@ -277,6 +277,41 @@ fn placed_primitives_are_counted_before_they_are_made() {
     fails(&asset, &["node 2050 `mote`, mesh 1 `dust`", "4194305 primitives, more than the limit of 4194304"]);
 }
 
+/// Views that overlap, and images that are small only while they are packed, must not multiply the file.
+#[test]
+fn images_do_not_multiply_the_file() {
+    let show = |asset: &mut Asset, texture: usize| {
+        let material = asset.material(json!({"emissiveTexture": {"index": texture}}));
+        asset.mesh_node(json!({"attributes": {"POSITION": 0}, "material": material}));
+    };
+    let mut asset = Asset::triangle();
+    asset.png(16, 16, |_, _| [255; 4]);
+    let first = asset.root["images"][0]["bufferView"].as_u64().unwrap() as usize;
+    let length = asset.bin.len();
+    // What follows the end of an image does not matter to its decoder.
+    asset.bin.resize(length + 100, 0);
+    for more in 0..100 {
+        let mut view = asset.root["bufferViews"][first].clone();
+        view["byteLength"] = json!(view["byteLength"].as_u64().unwrap() + more);
+        let view = asset.push("bufferViews", view);
+        let image = asset.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+        let texture = asset.push("textures", json!({"source": image}));
+        show(&mut asset, texture);
+    }
+    fails(&asset, &["its images: share bytes of their buffers"]);
+    let mut asset = Asset::triangle();
+    for _ in 0..4097 {
+        let texture = asset.png(1, 1, |_, _| [255; 4]);
+        show(&mut asset, texture);
+    }
+    let mut options = LoadOptions::default();
+    options.max_texture_size = 1;
+    let error = asset.load_with(&options).unwrap_err().to_string();
+    assert!(error.ends_with("its textures: 4097 texels in all, more than the limit of 4096"), "{error}");
+    options.max_texture_size = 2;
+    asset.load_with(&options).unwrap();
+}
+
 #[test]
 fn nothing_to_render() {
     assert_eq!(Asset::lit().error(), "no triangles in its scene");

@@ -43,6 +43,11 @@ fn quote(text: &str, limit: usize) -> String {
     quoted
 }
 
+/// The name of something that many nodes may share: the start of a long one, so that they do not multiply it.
+pub(super) fn short_name(name: &str) -> String {
+    name.chars().take(100).collect()
+}
+
 /// Kind, number and name of an element, for messages: `mesh 3 `Chair``.
 pub(super) fn label(kind: &str, index: usize, name: Option<&str>) -> String {
     match name {
@@ -130,6 +135,12 @@ impl<'a> File<'a> {
     /// Number of bytes that all buffers hold together.
     pub(super) fn buffer_bytes(&self) -> usize {
         self.buffers.iter().flatten().map(|b| b.len()).sum()
+    }
+
+    /// Where the bytes of a buffer view lie: buffer, offset and length. `None` where it does not exist.
+    pub(super) fn extent(&self, index: Index<gltf::json::buffer::View>) -> Option<(usize, u64, u64)> {
+        let view = self.root.buffer_views.get(index.value())?;
+        Some((view.buffer.value(), view.byte_offset.map_or(0, |o| o.0), view.byte_length.0))
     }
 
     /// The bytes of a buffer view and its stride.
