@@ -18,7 +18,8 @@ fn same_bits_on_any_number_of_threads() {
     for virtual_lights in [VirtualLights::Off, VirtualLights::On, VirtualLights::Auto] {
         let scene = room(true);
         let accel = Accel::build(&scene, BuildPreset::Balanced);
-        let s = Settings { virtual_lights, ..samples(8, 64) };
+        // Batches of 40 × 30 × 128 samples are large enough for a trial.
+        let s = Settings { virtual_lights, ..samples(128, 4) };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| render(&accel, &room_view(), [40, 30], &s).unwrap())
@@ -68,6 +69,30 @@ fn parts_merge_to_the_whole() {
         }
         assert_eq!(next, 10);
     }
+}
+
+/// The trial must not see the range: parts of one batch and of many, and the whole, follow the same plan.
+#[test]
+fn parts_merge_to_the_whole_where_a_trial_chooses() {
+    let scene = room(true);
+    let accel = Accel::build(&scene, BuildPreset::Balanced);
+    let of = |virtual_lights, samples| {
+        render(&accel, &room_view(), [40, 30], &Settings { virtual_lights, samples, ..Settings::default() })
+            .unwrap()
+    };
+    let all = Samples { batch: 128, first: 0, batches: 6 };
+    let whole = of(VirtualLights::Auto, all);
+    // Else this tests nothing.
+    assert_ne!(whole.indirect, of(VirtualLights::Off, all).indirect, "the trial must choose virtual lights");
+    let part = |first, batches| of(VirtualLights::Auto, Samples { first, batches, ..all });
+    let merged = part(0, 1).merge(&part(1, 4)).unwrap().merge(&part(5, 1)).unwrap();
+    // The same sums in another order: images agree to one rounding to f32.
+    for (a, b) in merged.indirect.pixels.iter().zip(&whole.indirect.pixels) {
+        assert!((*a - *b).abs().max_element() <= 2e-7 * a.max_element() + 1e-12, "{a} {b}");
+    }
+    // A noise target is no part of the plan either.
+    let target = Settings { samples: all, noise_target: Some(1e-9), ..Settings::default() };
+    assert_eq!(render(&accel, &room_view(), [40, 30], &target).unwrap().indirect, whole.indirect);
 }
 
 #[test]
