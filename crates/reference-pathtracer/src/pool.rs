@@ -108,7 +108,7 @@ impl Raster<'_> {
         let samples = settings.samples.batch.min(TRIAL_SAMPLES);
         let longer = (settings.samples.batch / samples) as usize;
         let batch = count.saturating_mul(longer);
-        let pixels = (batch / TRIAL_SHARE).max(TRIAL_LEAST).min(TRIAL_PIXELS).min(count);
+        let pixels = (batch / TRIAL_SHARE).clamp(TRIAL_LEAST, TRIAL_PIXELS).min(count);
         match settings.virtual_lights {
             VirtualLights::Off => return None,
             VirtualLights::On => return Some(plan(PLANS[0])),

@@ -105,6 +105,7 @@ fn bytes_and_files_restore_every_bit() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.ref");
     e.save(&path).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), bytes);
     assert_eq!(Estimate::load(&path).unwrap(), e);
     // Every cut and a flip of any byte is noticed.
     for n in 0..bytes.len() {
