@@ -73,6 +73,20 @@ fn buffers_that_are_not_there() {
     std::fs::write(dir.path().join("b.bin"), &asset.bin[..5]).unwrap();
     let message = load(&path, &LoadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("buffer 0: 36 bytes are declared, but only 5"), "{message}");
+    // One file for several buffers, however it is spelled.
+    let mut root: serde_json::Value = serde_json::from_slice(&asset.gltf_external("b.bin")).unwrap();
+    let buffers = root["buffers"].as_array_mut().unwrap();
+    buffers.push(json!({"byteLength": 30, "uri": "./%62.bin"}));
+    let (dir, path) = file("a.gltf", &serde_json::to_vec(&root).unwrap());
+    std::fs::write(dir.path().join("b.bin"), &asset.bin).unwrap();
+    load(&path, &LoadOptions::default()).unwrap();
+    root["buffers"][1]["byteLength"] = json!(37);
+    std::fs::write(&path, serde_json::to_vec(&root).unwrap()).unwrap();
+    let message = load(&path, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(
+        message.contains("buffer 1: 37 bytes are declared, but only 36 are there: an earlier"),
+        "{message}"
+    );
 }
 
 #[test]
