@@ -120,6 +120,11 @@ impl Raster<'_> {
                 tracer.pool(plan(PLANS[0]), self.light_paths(), hash_combine(settings.seed, !batch), rays)
             })
             .collect();
+        // One at random in each equal share of the image: even steps would follow its columns.
+        let pixel = |p: usize| {
+            let offset = (u64::from(hash_combine(!settings.seed, p as u32)) * count as u64) >> 32;
+            (p * count + offset as usize) / pixels
+        };
         let mut cost = |plan: Option<Plan>| {
             if let Some(plan) = plan {
                 pools.iter_mut().for_each(|pool| pool.plan = plan);
@@ -133,14 +138,8 @@ impl Raster<'_> {
                         let (mut sum, mut squares) = (0.0, 0.0);
                         for (batch, pool) in pools.iter().enumerate() {
                             let pool = plan.is_some().then_some(pool);
-                            let (_, indirect): (_, DVec3) = self.batch(
-                                p * count / pixels,
-                                !(batch as u32),
-                                samples,
-                                pool,
-                                &mut false,
-                                &mut traced,
-                            );
+                            let (_, indirect): (_, DVec3) =
+                                self.batch(pixel(p), !(batch as u32), samples, pool, &mut false, &mut traced);
                             let luminance = f64::from(math::luminance(indirect.as_vec3()));
                             sum += luminance;
                             squares += luminance * luminance;

@@ -95,6 +95,19 @@ fn parts_merge_to_the_whole_where_a_trial_chooses() {
     assert_eq!(render(&accel, &room_view(), [40, 30], &target).unwrap().indirect, whole.indirect);
 }
 
+/// One trial pixel per row, and nothing to see in the first column: even steps would look at that alone.
+#[test]
+fn a_trial_looks_at_the_whole_image() {
+    let scene = room(true);
+    let of = |virtual_lights| {
+        let s = Settings { virtual_lights, components: Components::Indirect, ..samples(8, 1) };
+        run(&scene, &room_view(), [256, 128], &s)
+    };
+    let auto = of(VirtualLights::Auto);
+    assert!(auto.surface.iter().step_by(256).all(|seen| !seen));
+    assert_ne!(auto.indirect, of(VirtualLights::Off).indirect);
+}
+
 #[test]
 fn bytes_and_files_restore_every_bit() {
     let scene = room(false);
