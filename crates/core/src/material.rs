@@ -1,7 +1,7 @@
 use glam::{Affine2, Vec2, Vec3, Vec4};
 
 /// How a texture coordinate outside `[0, 1]` is brought back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Wrap {
     /// The texture repeats.
     #[default]

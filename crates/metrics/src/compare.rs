@@ -12,6 +12,18 @@ pub struct Reference<'a> {
     pub surface: &'a [bool],
     /// Standard error of each pixel and channel of `image`; `None` where the reference is exact.
     pub standard_error: Option<&'a Image>,
+    /// Standard error of the mean luminance of `image`, divided by that mean, `≥ 0`: the noise floor of the bias. Give it where
+    /// pixels share random numbers, which makes their errors rise and fall together: `error / value` of
+    /// `reference_pathtracer::Estimate::mean`. `None` takes pixels for independent.
+    pub relative_mean_error: Option<f64>,
+}
+
+impl<'a> Reference<'a> {
+    /// A reference without noise.
+    #[must_use]
+    pub const fn exact(image: &'a Image, surface: &'a [bool]) -> Self {
+        Self { image, surface, standard_error: None, relative_mean_error: None }
+    }
 }
 
 /// The error measures of one channel, or their noise floor.
@@ -81,7 +93,8 @@ pub struct Comparison {
     /// Mean FLIP, `[0, 1]`.
     pub flip: f64,
     /// The reference's own standard error by the measures of the luminance; 0 for an exact reference. The luminance's
-    /// standard error is the weighted sum of the channels', which is exact for grey noise and an upper bound otherwise.
+    /// standard error is the weighted sum of the channels', which is exact for grey noise and an upper bound otherwise. That of
+    /// the bias is [`Reference::relative_mean_error`] where it is given.
     pub noise_floor: Measures,
     /// Number of pixels averaged over.
     pub pixels: usize,
@@ -104,7 +117,8 @@ pub fn exposure(reference: &Image, surface: &[bool]) -> f32 {
 /// Measures `image` against `reference`, in linear radiance.
 ///
 /// # Errors
-/// Sizes that differ, no pixels, no surface, a value that is not finite, or a black reference.
+/// Sizes that differ, no pixels, no surface, a value that is not finite, a black reference, or a
+/// [`Reference::relative_mean_error`] that is negative or not finite.
 pub fn compare(image: &Image, reference: &Reference<'_>) -> Result<Comparison, MetricsError> {
     check(image, reference)?;
     let seen = |source: &Image| -> Vec<Vec3> {
@@ -122,12 +136,15 @@ pub fn compare(image: &Image, reference: &Reference<'_>) -> Result<Comparison, M
         let value = move |p: &Vec3| f64::from(p[c]);
         measure(x.iter().map(value).zip(r.iter().map(value)).map(difference))
     };
-    let noise_floor = reference.standard_error.map_or_else(Measures::default, |error| {
+    let mut noise_floor = reference.standard_error.map_or_else(Measures::default, |error| {
         let error = seen(error);
         let m = measure(error.iter().map(y).zip(r.iter().map(y))).unwrap_or_default();
         // Independent errors of n pixels leave a mean with the standard error √Σe²/n.
         Measures { bias: m.rel_rmse / (r.len() as f64).sqrt(), ..m }
     });
+    if let Some(error) = reference.relative_mean_error {
+        noise_floor.bias = error;
+    }
     let map = flip::map(image, reference.image, exposure(reference.image, reference.surface))?;
     Ok(Comparison {
         luminance: measured,
@@ -178,6 +195,15 @@ fn check(image: &Image, reference: &Reference<'_>) -> Result<(), MetricsError> {
             let (x, y) = ((at % size[0] as usize) as u32, (at / size[0] as usize) as u32);
             return Err(MetricsError::NonFinite { what, x, y });
         }
+    }
+    if let Some(error) = reference.relative_mean_error
+        && !(error >= 0.0 && error.is_finite())
+    {
+        return Err(MetricsError::Parameter {
+            parameter: "the relative error of the reference's mean",
+            value: error.to_string(),
+            requirement: "finite and not negative",
+        });
     }
     if reference.surface.len() != expected {
         return Err(mismatch("the surface mask", reference.surface.len(), size));

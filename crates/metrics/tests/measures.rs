@@ -14,7 +14,7 @@ fn by_hand() {
     let truth = grey(&[1.0, 2.0, 3.0, 100.0]);
     // The last pixel shows no surface.
     let surface = [true, true, true, false];
-    let reference = Reference { image: &truth, surface: &surface, standard_error: None };
+    let reference = Reference::exact(&truth, &surface);
     let e = compare(&grey(&[1.0, 2.5, 2.0, 0.0]), &reference).unwrap();
     let m = e.luminance;
     // Differences 0, 0.5, −1; mean of the reference 2.
@@ -37,7 +37,7 @@ fn channels_are_apart() {
     let truth = Image::filled([4, 4], Vec3::new(1.0, 2.0, 0.0));
     let image = Image::filled([4, 4], Vec3::new(1.1, 1.0, 0.0));
     let surface = [true; 16];
-    let e = compare(&image, &Reference { image: &truth, surface: &surface, standard_error: None }).unwrap();
+    let e = compare(&image, &Reference::exact(&truth, &surface)).unwrap();
     assert_relative_eq!(e.rgb[0].unwrap().bias, 0.1, max_relative = 1e-6);
     assert_relative_eq!(e.rgb[1].unwrap().bias, -0.5, max_relative = 1e-6);
     assert_eq!(e.rgb[2], None);
@@ -52,7 +52,12 @@ fn noise_floor_is_the_score_of_pure_noise() {
     let noisy = Image { size, pixels: (0..n).map(|i| Vec3::splat(1.0 + noise(i))).collect() };
     let truth = Image::filled(size, Vec3::ONE);
     let (surface, error) = (vec![true; n as usize], Image::filled(size, Vec3::splat(0.1)));
-    let reference = Reference { image: &noisy, surface: &surface, standard_error: Some(&error) };
+    let reference = Reference {
+        image: &noisy,
+        surface: &surface,
+        standard_error: Some(&error),
+        relative_mean_error: None,
+    };
     let e = compare(&truth, &reference).unwrap();
     assert_relative_eq!(e.noise_floor.rel_rmse, 0.1, max_relative = 1e-6);
     assert_relative_eq!(e.noise_floor.bias, 0.1 / 100.0, max_relative = 1e-6);
@@ -66,11 +71,40 @@ fn noise_floor_is_the_score_of_pure_noise() {
     assert!(!below.bias && !below.rel_rmse && !below.rel_mse);
 }
 
+/// Where all pixels of the reference are wrong together, their number does not lower the floor of the bias.
+#[test]
+fn a_mean_error_of_its_own_is_the_floor_of_the_bias() {
+    // The truth is 1; every pixel is 2 % too bright, which is within a standard error of 3 % that all of them share.
+    let size = [100, 100];
+    let (noisy, truth) = (Image::filled(size, Vec3::splat(1.02)), Image::filled(size, Vec3::ONE));
+    let (surface, error) = (vec![true; 10_000], Image::filled(size, Vec3::splat(0.03)));
+    let reference = |relative_mean_error| Reference {
+        image: &noisy,
+        surface: &surface,
+        standard_error: Some(&error),
+        relative_mean_error,
+    };
+    let independent = compare(&truth, &reference(None)).unwrap();
+    assert_relative_eq!(independent.noise_floor.bias, 0.03 / 1.02 / 100.0, max_relative = 1e-6);
+    let shared = compare(&truth, &reference(Some(0.03))).unwrap();
+    let others = Measures { bias: independent.noise_floor.bias, ..shared.noise_floor };
+    assert_eq!((shared.noise_floor.bias, others), (0.03, independent.noise_floor));
+    let hidden = |c: &indirect_metrics::Comparison| c.luminance.below_floor(&c.noise_floor).bias;
+    assert!(hidden(&shared) && !hidden(&independent));
+    // It stands alone too.
+    let alone = Reference { relative_mean_error: Some(0.5), ..Reference::exact(&noisy, &surface) };
+    assert_eq!(compare(&truth, &alone).unwrap().noise_floor, Measures { bias: 0.5, ..Measures::default() });
+    for bad in [-0.1, f64::NAN, f64::INFINITY] {
+        let error = compare(&truth, &reference(Some(bad))).unwrap_err();
+        assert!(matches!(error, MetricsError::Parameter { .. }), "{error}");
+    }
+}
+
 #[test]
 fn biases_of_a_chain_add_up() {
     let (truth, middle, last) = (grey(&[1.0, 2.0, 4.0]), grey(&[0.5, 2.5, 3.0]), grey(&[0.75, 1.0, 3.5]));
     let surface = [true; 3];
-    let reference = Reference { image: &truth, surface: &surface, standard_error: None };
+    let reference = Reference::exact(&truth, &surface);
     let whole = compare(&last, &reference).unwrap().luminance;
     assert_eq!(difference(&last, &truth, &reference).unwrap(), whole);
     let parts =
@@ -86,7 +120,7 @@ fn small_differences_of_many_pixels_survive() {
     let truth = Image::filled(size, Vec3::ONE);
     let image = Image::filled(size, Vec3::splat(1.0 + 2.0 * f32::EPSILON));
     let surface = vec![true; 16_384];
-    let e = compare(&image, &Reference { image: &truth, surface: &surface, standard_error: None }).unwrap();
+    let e = compare(&image, &Reference::exact(&truth, &surface)).unwrap();
     assert_relative_eq!(e.luminance.bias, f64::from(2.0 * f32::EPSILON), max_relative = 1e-6);
 }
 
@@ -94,7 +128,8 @@ fn small_differences_of_many_pixels_survive() {
 fn bad_input_is_a_typed_error() {
     let one = grey(&[1.0, 1.0]);
     let call = |image: &Image, truth: &Image, surface: &[bool], error: Option<&Image>| {
-        compare(image, &Reference { image: truth, surface, standard_error: error }).unwrap_err()
+        compare(image, &Reference { image: truth, surface, standard_error: error, relative_mean_error: None })
+            .unwrap_err()
     };
     let both = [true, true];
     assert!(matches!(call(&grey(&[1.0]), &one, &both, None), MetricsError::SizeMismatch { .. }));

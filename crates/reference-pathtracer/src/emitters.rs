@@ -1,5 +1,5 @@
 use glam::{Vec2, Vec3};
-use indirect_core::{Scene, math};
+use indirect_core::{AlphaMode, Scene, math};
 use indirect_sampling::mapping;
 
 /// The emissive triangles, drawn with a density proportional to the luminance they emit.
@@ -20,6 +20,8 @@ struct Emissive {
     e2: Vec3,
     normal: Vec3,
     two_sided: bool,
+    /// Whether an alpha test may cut holes into it.
+    masked: bool,
     /// Where not textured.
     radiance: Option<Vec3>,
     inverse_density: f32,
@@ -33,7 +35,7 @@ pub(crate) struct EmitterPoint {
     /// Unit normal of the front.
     pub(crate) normal: Vec3,
     pub(crate) two_sided: bool,
-    /// Emitted radiance.
+    /// Emitted radiance; 0 where the alpha test leaves a hole.
     pub(crate) radiance: Vec3,
     /// 1 / probability density per m².
     pub(crate) inverse_density: f32,
@@ -42,8 +44,8 @@ pub(crate) struct EmitterPoint {
 impl Emitters {
     pub(crate) fn new(scene: &Scene) -> Self {
         let mesh = &scene.mesh;
-        // The mean over the texture stands for the mean over a triangle: where they differ the density is off its ideal, and
-        // the weights make up for it.
+        // The mean over the texture, holes included, stands for the mean over a triangle: where they differ the density is off
+        // its ideal, and the weights make up for it.
         let strength: Vec<f64> = scene
             .materials
             .iter()
@@ -81,6 +83,7 @@ impl Emitters {
                 e2: c - v0,
                 normal: mesh.geometric_normal(triangle),
                 two_sided: material.double_sided,
+                masked: material.alpha_mode != AlphaMode::Opaque,
                 radiance: material.emission_texture.is_none().then_some(material.emission),
                 inverse_density: 1.0 / density[m],
                 triangle,
@@ -122,10 +125,15 @@ impl Emitters {
         let lo = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         let stretched = ((x - lo) / (self.cumulative[i] - lo)) as f32;
         let b = mapping::triangle_uniform(Vec2::new(stretched.clamp(0.0, 1.0), u.y));
-        let Emissive { v0, e1, e2, normal, two_sided, radiance, inverse_density, triangle } =
+        let Emissive { v0, e1, e2, normal, two_sided, masked, radiance, inverse_density, triangle } =
             self.triangles[i];
         let position = v0 + e1 * b.x + e2 * b.y;
-        let radiance = radiance.unwrap_or_else(|| scene.emission(triangle, b.x, b.y));
+        // Rays pass through a hole, so what is drawn there must not emit either.
+        let radiance = if masked && !scene.is_solid(triangle, b.x, b.y) {
+            Vec3::ZERO
+        } else {
+            radiance.unwrap_or_else(|| scene.emission(triangle, b.x, b.y))
+        };
         EmitterPoint { position, normal, two_sided, radiance, inverse_density }
     }
 }

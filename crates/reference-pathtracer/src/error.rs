@@ -6,7 +6,7 @@ use thiserror::Error as ThisError;
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum Error {
-    /// An image without pixels, or with more than 2²⁸.
+    /// An image without pixels, or with more than 2²⁸, which would take 53 GB.
     #[error("image size {}x{} must be between 1 and 2^28 pixels", size[0], size[1])]
     Size {
         /// Width and height asked for.

@@ -168,7 +168,14 @@ impl Estimate {
             p.indirect.merge(&q.indirect);
             p.surface |= q.surface;
         }
-        Ok(Self::new(self.direct.size, pixels, self.batch, batches, self.rays + other.rays, self.key))
+        Ok(Self::new(
+            self.direct.size,
+            pixels,
+            self.batch,
+            batches,
+            self.rays.saturating_add(other.rays),
+            self.key,
+        ))
     }
 
     /// The sample ranges taken, disjoint and in order.

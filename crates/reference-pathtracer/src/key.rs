@@ -6,7 +6,7 @@ use siphasher::sip128::{Hasher128, SipHasher13};
 use crate::{Bounces, Settings};
 
 /// Changes whenever the estimator does, so that older stored results are not taken for new ones.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// Hash of everything an estimate depends on but the sample range: the same on every platform and in every process.
 pub(crate) fn key(scene: &Scene, view: &View, size: [u32; 2], settings: &Settings) -> u128 {

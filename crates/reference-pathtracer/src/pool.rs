@@ -36,13 +36,18 @@ pub(crate) struct Plan {
 /// Bound in units of `1/(π·area of the scene)`, the kernel's mean over a convex room, and virtual lights per sample.
 const PLANS: [(f32, u32); 2] = [(40.0, 4), (100.0, 8)];
 
-/// The trial that chooses: its batches, their most samples, its most pixels, the fewest that it is made for, and its share of
-/// the work. Bright spots that few pixels see decide: many pixels tell more than many samples.
+/// The trial that chooses: its batches, their most samples, its most pixels and its fewest. Bright spots that few pixels see
+/// decide: many pixels tell more than many samples.
 const TRIAL_BATCHES: u32 = 4;
 const TRIAL_SAMPLES: u32 = 16;
 const TRIAL_PIXELS: usize = 4096;
 const TRIAL_LEAST: usize = 128;
-const TRIAL_SHARE: usize = 512;
+
+/// The trial's pixels are this share of those that one batch has of as many samples, and its fewest may be that share: three plans of
+/// four batches cost 5 %, at worst 19 %, of one batch, and an eighth of that where there are the usual eight. The number of
+/// batches must not count: parts that are to be merged need the same plan.
+const TRIAL_SHARE: usize = 256;
+const TRIAL_LEAST_SHARE: usize = 64;
 
 /// Time of a ray where virtual lights are used, in units of one where they are not: shadow rays end at the first hit.
 const SHARED_RAY: f64 = 0.85;
@@ -84,7 +89,8 @@ impl<'a> Draw<'a> {
 }
 
 impl Raster<'_> {
-    /// Whether to use virtual lights, and how: what has the least variance per ray in a short trial with samples of its own.
+    /// Whether to use virtual lights, and how: what has the least variance per ray in a short trial with samples of its own. The same
+    /// for every range of batches.
     pub(crate) fn plan(&self, rays: &AtomicU64) -> Option<Plan> {
         let tracer = self.tracer;
         let settings = tracer.settings;
@@ -101,12 +107,12 @@ impl Raster<'_> {
         let count = self.count();
         let samples = settings.samples.batch.min(TRIAL_SAMPLES);
         let longer = (settings.samples.batch / samples) as usize;
-        let pixels =
-            (count * longer * settings.samples.batches as usize / TRIAL_SHARE).min(TRIAL_PIXELS).min(count);
+        let batch = count.saturating_mul(longer);
+        let pixels = (batch / TRIAL_SHARE).clamp(TRIAL_LEAST, TRIAL_PIXELS).min(count);
         match settings.virtual_lights {
             VirtualLights::Off => return None,
             VirtualLights::On => return Some(plan(PLANS[0])),
-            VirtualLights::Auto if pixels < TRIAL_LEAST => return None,
+            VirtualLights::Auto if batch / TRIAL_LEAST_SHARE < TRIAL_LEAST => return None,
             VirtualLights::Auto => {}
         }
         let mut pools: Vec<Pool> = (0..TRIAL_BATCHES)
@@ -114,6 +120,11 @@ impl Raster<'_> {
                 tracer.pool(plan(PLANS[0]), self.light_paths(), hash_combine(settings.seed, !batch), rays)
             })
             .collect();
+        // One at random in each equal share of the image: even steps would follow its columns.
+        let pixel = |p: usize| {
+            let offset = (u64::from(hash_combine(!settings.seed, p as u32)) * count as u64) >> 32;
+            (p * count + offset as usize) / pixels
+        };
         let mut cost = |plan: Option<Plan>| {
             if let Some(plan) = plan {
                 pools.iter_mut().for_each(|pool| pool.plan = plan);
@@ -127,14 +138,8 @@ impl Raster<'_> {
                         let (mut sum, mut squares) = (0.0, 0.0);
                         for (batch, pool) in pools.iter().enumerate() {
                             let pool = plan.is_some().then_some(pool);
-                            let (_, indirect): (_, DVec3) = self.batch(
-                                p * count / pixels,
-                                !(batch as u32),
-                                samples,
-                                pool,
-                                &mut false,
-                                &mut traced,
-                            );
+                            let (_, indirect): (_, DVec3) =
+                                self.batch(pixel(p), !(batch as u32), samples, pool, &mut false, &mut traced);
                             let luminance = f64::from(math::luminance(indirect.as_vec3()));
                             sum += luminance;
                             squares += luminance * luminance;
@@ -184,6 +189,9 @@ impl Tracer<'_> {
 
     fn light_path(&self, sampler: &mut Sampler, share: f32, vpls: &mut Vec<Vpl>, rays: &mut u64) {
         let Some((mut ray, mut flux, light)) = self.emit(sampler) else { return };
+        if flux == Vec3::ZERO {
+            return;
+        }
         flux *= share;
         let start = flux.max_element();
         for order in 0..self.limit() {

@@ -117,6 +117,8 @@ pub fn render_with(
         }
     }
     progress(1.0);
+    // The images that follow need its memory.
+    drop(image);
     let key = key::key(accel.scene(), view, size, settings);
     Ok(Estimate::new(size, pixels, samples.batch, batches, rays.into_inner(), key))
 }

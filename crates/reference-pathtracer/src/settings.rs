@@ -70,7 +70,9 @@ pub enum EmitterSampling {
 /// same; see the crate page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VirtualLights {
-    /// Where a short trial finds less variance per ray with them. Never for small work, which the trial would not repay.
+    /// Where a short trial finds less variance per ray with them. Never where a batch is small, below 2¹³ pixels
+    /// of up to 16 samples (of `16 n` samples, `2¹³/n` pixels), which the trial would not repay. The same for every range of
+    /// batches.
     #[default]
     Auto,
     /// Always, where they apply: not for more than one bounce with [`Settings::unoccluded`], nor for [`EmitterSampling`] other

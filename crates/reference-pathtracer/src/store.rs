@@ -2,7 +2,11 @@
 //! f64, and a hash of all that.
 
 use core::hash::Hasher;
-use std::{fs, path::Path};
+use std::{
+    fs,
+    io::{self, BufWriter, Write},
+    path::Path,
+};
 
 use glam::DVec3;
 use indirect_accel::Accel;
@@ -30,34 +34,54 @@ fn checksum(bytes: &[u8]) -> u64 {
     h.finish()
 }
 
+/// Hashes what it passes on.
+struct Hashed<W> {
+    out: W,
+    hasher: SipHasher13,
+}
+
+impl<W: Write> Hashed<W> {
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.hasher.write(bytes);
+        self.out.write_all(bytes)
+    }
+}
+
 impl Estimate {
     /// The estimate as bytes, complete: [`Estimate::from_bytes`] restores it bit for bit, ready to be merged.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(HEADER + self.batches.len() * BATCH + self.pixels.len() * PIXEL + 8);
-        out.extend_from_slice(MAGIC);
-        out.extend_from_slice(&self.key.to_le_bytes());
+        // A vector takes everything.
+        let _ = self.write(&mut out);
+        out
+    }
+
+    fn write(&self, out: impl Write) -> io::Result<()> {
+        let mut out = Hashed { out, hasher: SipHasher13::new() };
+        out.put(MAGIC)?;
+        out.put(&self.key.to_le_bytes())?;
         for v in [self.direct.size[0], self.direct.size[1], self.batch] {
-            out.extend_from_slice(&v.to_le_bytes());
+            out.put(&v.to_le_bytes())?;
         }
-        out.extend_from_slice(&self.rays.to_le_bytes());
-        out.extend_from_slice(&(self.batches.len() as u32).to_le_bytes());
+        out.put(&self.rays.to_le_bytes())?;
+        out.put(&(self.batches.len() as u32).to_le_bytes())?;
         for b in &self.batches {
-            out.extend_from_slice(&b.index.to_le_bytes());
-            out.extend_from_slice(&b.direct.to_le_bytes());
-            out.extend_from_slice(&b.indirect.to_le_bytes());
+            out.put(&b.index.to_le_bytes())?;
+            out.put(&b.direct.to_le_bytes())?;
+            out.put(&b.indirect.to_le_bytes())?;
         }
         for p in &self.pixels {
             for m in [&p.direct, &p.indirect] {
                 for v in [m.sum, m.squares].iter().flat_map(|v| v.to_array()).chain([m.luminance_squares]) {
-                    out.extend_from_slice(&v.to_le_bytes());
+                    out.put(&v.to_le_bytes())?;
                 }
             }
-            out.push(u8::from(p.surface));
+            out.put(&[u8::from(p.surface)])?;
         }
-        let sum = checksum(&out);
-        out.extend_from_slice(&sum.to_le_bytes());
-        out
+        let Hashed { mut out, hasher } = out;
+        out.write_all(&hasher.finish().to_le_bytes())?;
+        out.flush()
     }
 
     /// Restores what [`Estimate::to_bytes`] made.
@@ -65,16 +89,7 @@ impl Estimate {
     /// # Errors
     /// [`Error::Format`] for anything else: other bytes, a cut or changed file.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let fail = |message| Err(Error::Format { message });
-        let Some((content, sum)) = bytes.split_last_chunk::<8>() else { return fail("too short") };
-        if !content.starts_with(MAGIC) {
-            return fail("it starts differently");
-        }
-        if checksum(content) != u64::from_le_bytes(*sum) {
-            return fail("its checksum does not match");
-        }
-        // The checksum holds, so what follows is as it was written; a length may still come from a forger.
-        Reader(&content[MAGIC.len()..]).estimate().map_or_else(|| fail("its parts do not add up"), Ok)
+        Parts::read(bytes).map(Parts::estimate)
     }
 
     /// Writes the estimate to a file. A reader never sees a part of it: it is written beside and renamed.
@@ -85,7 +100,8 @@ impl Estimate {
         let io = |source| Error::Io { path: path.to_owned(), source };
         let mut beside = path.as_os_str().to_owned();
         beside.push(format!(".{}.part", std::process::id()));
-        fs::write(&beside, self.to_bytes()).and_then(|()| fs::rename(&beside, path)).map_err(|source| {
+        let written = fs::File::create(&beside).and_then(|file| self.write(BufWriter::new(file)));
+        written.and_then(|()| fs::rename(&beside, path)).map_err(|source| {
             // Best effort: the error that matters is the first.
             let _ = fs::remove_file(&beside);
             io(source)
@@ -98,7 +114,39 @@ impl Estimate {
     /// [`Error::Io`] where the file cannot be read, [`Error::Format`] where it is not a whole estimate.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let bytes = fs::read(path).map_err(|source| Error::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(&bytes)
+        let parts = Parts::read(&bytes)?;
+        // The images need its memory.
+        drop(bytes);
+        Ok(parts.estimate())
+    }
+}
+
+/// What is stored of an estimate; the rest follows.
+struct Parts {
+    size: [u32; 2],
+    pixels: Vec<Pixel>,
+    batch: u32,
+    batches: Vec<Batch>,
+    rays: u64,
+    key: u128,
+}
+
+impl Parts {
+    fn read(bytes: &[u8]) -> Result<Self, Error> {
+        let fail = |message| Err(Error::Format { message });
+        let Some((content, sum)) = bytes.split_last_chunk::<8>() else { return fail("too short") };
+        if !content.starts_with(MAGIC) {
+            return fail("it starts differently");
+        }
+        if checksum(content) != u64::from_le_bytes(*sum) {
+            return fail("its checksum does not match");
+        }
+        // The checksum holds, so what follows is as it was written; a length may still come from a forger.
+        Reader(&content[MAGIC.len()..]).parts().map_or_else(|| fail("its parts do not add up"), Ok)
+    }
+
+    fn estimate(self) -> Estimate {
+        Estimate::new(self.size, self.pixels, self.batch, self.batches, self.rays, self.key)
     }
 }
 
@@ -128,7 +176,7 @@ impl Reader<'_> {
         Some(Moments { sum: DVec3::new(a, b, c), squares: DVec3::new(d, e, f), luminance_squares })
     }
 
-    fn estimate(mut self) -> Option<Estimate> {
+    fn parts(mut self) -> Option<Parts> {
         let key = self.take().map(u128::from_le_bytes)?;
         let size = [self.u32()?, self.u32()?];
         let batch = self.u32()?;
@@ -146,12 +194,12 @@ impl Reader<'_> {
         if batch == 0 || batches.is_empty() || pixels.checked_mul(PIXEL)? != self.0.len() {
             return None;
         }
-        let pixel = |_| {
+        let mut read = Vec::with_capacity(pixels);
+        for _ in 0..pixels {
             let (direct, indirect) = (self.moments()?, self.moments()?);
-            Some(Pixel { direct, indirect, surface: self.take::<1>()? != [0] })
-        };
-        let pixels = (0..pixels).map(pixel).collect::<Option<Vec<_>>>()?;
-        Some(Estimate::new(size, pixels, batch, batches, rays, key))
+            read.push(Pixel { direct, indirect, surface: self.take::<1>()? != [0] });
+        }
+        Some(Parts { size, pixels: read, batch, batches, rays, key })
     }
 }
 

@@ -5,7 +5,9 @@ mod common;
 use common::*;
 use glam::{Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset};
-use indirect_core::{Light, LightKind, Material, Mesh, Ray, Scene, Texture, TextureRef, View, Wrap, math};
+use indirect_core::{
+    AlphaMode, Light, LightKind, Material, Mesh, Ray, Scene, Texture, TextureRef, View, Wrap, math,
+};
 use reference_pathtracer::{
     Bounces, Components, EmitterSampling, PixelFilter, Samples, Settings, VirtualLights, render,
 };
@@ -126,6 +128,55 @@ fn textured_one_and_two_sided_emitters() {
         alone.mesh.uvs = vec![Vec2::ZERO; 4];
         let r = run(&alone, &view, [2, 2], &samples(1, 1));
         assert_eq!(r.direct.pixels[0].x, expected);
+    }
+}
+
+/// A lamp of which an alpha mask cuts away one half lights as one that is half as large, however it is sampled.
+#[test]
+fn a_masked_emitter_emits_only_where_it_is_solid() {
+    // A floor and a ceiling, so that indirect light has a share of its own, and a lamp between them that shines down.
+    let with_lamp = |lamp: Material, centre: Vec3, half: Vec3| {
+        let mut scene = floor(2.0, 0.5);
+        scene.mesh.push_polygon(&rectangle(Vec3::Y * 2.0, Vec3::X * 2.0, Vec3::Z * 2.0), 0);
+        scene.materials.push(lamp);
+        scene.mesh.uvs = vec![Vec2::ZERO; 8];
+        scene.mesh.push_polygon(&rectangle(centre, half.with_z(0.0), half.with_x(0.0)), 1);
+        scene.mesh.uvs[8..].copy_from_slice(&[Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
+        scene
+    };
+    // Alpha rises from 0 to 1 between the centres of two rows of texels: the cutoff 1/2 lies in the middle.
+    let mut masked = with_lamp(
+        Material {
+            base_color_texture: Some(TextureRef { texture: 0, uv_transform: glam::Affine2::IDENTITY }),
+            alpha_mode: AlphaMode::Mask { cutoff: 0.5 },
+            ..emitter(0.2, 4.0)
+        },
+        Vec3::Y,
+        Vec3::new(0.5, 0.0, 0.5),
+    );
+    masked.textures.push(Texture {
+        name: String::new(),
+        size: [1, 2],
+        texels: vec![[65535, 65535, 65535, 0], [65535; 4]],
+        wrap: [Wrap::Clamp; 2],
+    });
+    masked.validate().unwrap();
+    let solid = with_lamp(emitter(0.2, 4.0), Vec3::new(0.0, 1.0, 0.25), Vec3::new(0.5, 0.0, 0.25));
+    let view = onto(Vec3::ZERO, Vec3::NEG_Y, Vec3::NEG_Z, 1.5, 0.1);
+    let of = |scene: &Scene, emitters, virtual_lights, spp| {
+        let s = Settings { emitters, virtual_lights, bounces: Bounces::Count(2), ..samples(spp, 32) };
+        run(scene, &view, [16, 16], &s).mean()
+    };
+    let half = of(&solid, EmitterSampling::Mis, VirtualLights::Off, 64);
+    for (what, emitters, virtual_lights, spp) in [
+        ("mis", EmitterSampling::Mis, VirtualLights::Off, 64),
+        ("virtual lights", EmitterSampling::Mis, VirtualLights::On, 64),
+        ("light", EmitterSampling::Light, VirtualLights::Off, 64),
+        ("surface", EmitterSampling::Surface, VirtualLights::Off, 256),
+    ] {
+        let other = of(&masked, emitters, virtual_lights, spp);
+        assert_agree(&format!("{what}: direct"), half[0], other[0], SIGMAS, 0.01);
+        assert_agree(&format!("{what}: indirect"), half[1], other[1], SIGMAS, 0.02);
     }
 }
 

@@ -18,7 +18,8 @@ fn same_bits_on_any_number_of_threads() {
     for virtual_lights in [VirtualLights::Off, VirtualLights::On, VirtualLights::Auto] {
         let scene = room(true);
         let accel = Accel::build(&scene, BuildPreset::Balanced);
-        let s = Settings { virtual_lights, ..samples(8, 64) };
+        // Batches of 40 × 30 × 128 samples are large enough for a trial.
+        let s = Settings { virtual_lights, ..samples(128, 4) };
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| render(&accel, &room_view(), [40, 30], &s).unwrap())
@@ -70,6 +71,43 @@ fn parts_merge_to_the_whole() {
     }
 }
 
+/// The trial must not see the range: parts of one batch and of many, and the whole, follow the same plan.
+#[test]
+fn parts_merge_to_the_whole_where_a_trial_chooses() {
+    let scene = room(true);
+    let accel = Accel::build(&scene, BuildPreset::Balanced);
+    let of = |virtual_lights, samples| {
+        render(&accel, &room_view(), [40, 30], &Settings { virtual_lights, samples, ..Settings::default() })
+            .unwrap()
+    };
+    let all = Samples { batch: 128, first: 0, batches: 6 };
+    let whole = of(VirtualLights::Auto, all);
+    // Else this tests nothing.
+    assert_ne!(whole.indirect, of(VirtualLights::Off, all).indirect, "the trial must choose virtual lights");
+    let part = |first, batches| of(VirtualLights::Auto, Samples { first, batches, ..all });
+    let merged = part(0, 1).merge(&part(1, 4)).unwrap().merge(&part(5, 1)).unwrap();
+    // The same sums in another order: images agree to one rounding to f32.
+    for (a, b) in merged.indirect.pixels.iter().zip(&whole.indirect.pixels) {
+        assert!((*a - *b).abs().max_element() <= 2e-7 * a.max_element() + 1e-12, "{a} {b}");
+    }
+    // A noise target is no part of the plan either.
+    let target = Settings { samples: all, noise_target: Some(1e-9), ..Settings::default() };
+    assert_eq!(render(&accel, &room_view(), [40, 30], &target).unwrap().indirect, whole.indirect);
+}
+
+/// One trial pixel per row, and nothing to see in the first column: even steps would look at that alone.
+#[test]
+fn a_trial_looks_at_the_whole_image() {
+    let scene = room(true);
+    let of = |virtual_lights| {
+        let s = Settings { virtual_lights, components: Components::Indirect, ..samples(8, 1) };
+        run(&scene, &room_view(), [256, 128], &s)
+    };
+    let auto = of(VirtualLights::Auto);
+    assert!(auto.surface.iter().step_by(256).all(|seen| !seen));
+    assert_ne!(auto.indirect, of(VirtualLights::Off).indirect);
+}
+
 #[test]
 fn bytes_and_files_restore_every_bit() {
     let scene = room(false);
@@ -80,6 +118,7 @@ fn bytes_and_files_restore_every_bit() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.ref");
     e.save(&path).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), bytes);
     assert_eq!(Estimate::load(&path).unwrap(), e);
     // Every cut and a flip of any byte is noticed.
     for n in 0..bytes.len() {

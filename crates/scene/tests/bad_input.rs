@@ -73,6 +73,20 @@ fn buffers_that_are_not_there() {
     std::fs::write(dir.path().join("b.bin"), &asset.bin[..5]).unwrap();
     let message = load(&path, &LoadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("buffer 0: 36 bytes are declared, but only 5"), "{message}");
+    // One file for several buffers, however it is spelled.
+    let mut root: serde_json::Value = serde_json::from_slice(&asset.gltf_external("b.bin")).unwrap();
+    let buffers = root["buffers"].as_array_mut().unwrap();
+    buffers.push(json!({"byteLength": 30, "uri": "./%62.bin"}));
+    let (dir, path) = file("a.gltf", &serde_json::to_vec(&root).unwrap());
+    std::fs::write(dir.path().join("b.bin"), &asset.bin).unwrap();
+    load(&path, &LoadOptions::default()).unwrap();
+    root["buffers"][1]["byteLength"] = json!(37);
+    std::fs::write(&path, serde_json::to_vec(&root).unwrap()).unwrap();
+    let message = load(&path, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(
+        message.contains("buffer 1: 37 bytes are declared, but only 36 are there: an earlier"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -228,6 +242,88 @@ fn instances_are_counted_before_they_are_made() {
     assert!(error.contains("11 triangles, more than the limit of 10"), "{error}");
     options.max_triangles = 11;
     assert_eq!(asset.load_with(&options).unwrap().scene.mesh.triangles.len(), 11);
+}
+
+/// A mesh is looked at once, however many nodes show it: opened per node, these primitives would take hours.
+#[test]
+fn empty_primitives_are_not_multiplied_by_their_instances() {
+    let mut asset = Asset::triangle();
+    let empty = json!({"attributes": {}});
+    let mesh = asset.push("meshes", json!({"primitives": vec![empty; 50_000]}));
+    for _ in 0..50_000 {
+        asset.node(json!({"mesh": mesh}));
+    }
+    let loaded = asset.load().unwrap();
+    assert_eq!(loaded.scene.mesh.triangles.len(), 1);
+    // Counted where they are looked at: once each.
+    assert_eq!(loaded.stats.skipped_primitives, 50_000);
+}
+
+/// Of a sparse accessor that primitives share, the indices are checked once.
+#[test]
+fn a_shared_sparse_accessor_is_not_multiplied_by_its_users() {
+    let n: u32 = 50_000;
+    let mut asset = Asset::triangle();
+    let (i, v) = (
+        asset.view(&(0..n).flat_map(u32::to_le_bytes).collect::<Vec<_>>()),
+        asset.view(&vec![0; n as usize * 12]),
+    );
+    asset.root["accessors"].as_array_mut().unwrap().push(json!({
+        "count": n, "componentType": 5126, "type": "VEC3",
+        "sparse": {"count": n, "indices": {"bufferView": i, "componentType": UINT}, "values": {"bufferView": v}},
+    }));
+    // Points: many accessors are opened, and nothing is drawn.
+    let points = json!({"attributes": {"POSITION": 1}, "mode": 0});
+    let mesh = asset.push("meshes", json!({"primitives": vec![points; 50_000]}));
+    asset.node(json!({"mesh": mesh}));
+    assert_eq!(asset.load().unwrap().stats.skipped_primitives, 50_000);
+}
+
+#[test]
+fn placed_primitives_are_counted_before_they_are_made() {
+    let mut asset = Asset::triangle();
+    let primitive = json!({"attributes": {"POSITION": 0}});
+    let mesh = asset.push("meshes", json!({"name": "dust", "primitives": vec![primitive; 2048]}));
+    for _ in 0..2048 {
+        asset.node(json!({"name": "mote", "mesh": mesh}));
+    }
+    // With the one triangle at first, one more than 2^22.
+    fails(&asset, &["node 2050 `mote`, mesh 1 `dust`", "4194305 primitives, more than the limit of 4194304"]);
+}
+
+/// Views that overlap, and images that are small only while they are packed, must not multiply the file.
+#[test]
+fn images_do_not_multiply_the_file() {
+    let show = |asset: &mut Asset, texture: usize| {
+        let material = asset.material(json!({"emissiveTexture": {"index": texture}}));
+        asset.mesh_node(json!({"attributes": {"POSITION": 0}, "material": material}));
+    };
+    let mut asset = Asset::triangle();
+    asset.png(16, 16, |_, _| [255; 4]);
+    let first = asset.root["images"][0]["bufferView"].as_u64().unwrap() as usize;
+    let length = asset.bin.len();
+    // What follows the end of an image does not matter to its decoder.
+    asset.bin.resize(length + 100, 0);
+    for more in 0..100 {
+        let mut view = asset.root["bufferViews"][first].clone();
+        view["byteLength"] = json!(view["byteLength"].as_u64().unwrap() + more);
+        let view = asset.push("bufferViews", view);
+        let image = asset.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+        let texture = asset.push("textures", json!({"source": image}));
+        show(&mut asset, texture);
+    }
+    fails(&asset, &["its images: share bytes of their buffers"]);
+    let mut asset = Asset::triangle();
+    for _ in 0..4097 {
+        let texture = asset.png(1, 1, |_, _| [255; 4]);
+        show(&mut asset, texture);
+    }
+    let mut options = LoadOptions::default();
+    options.max_texture_size = 1;
+    let error = asset.load_with(&options).unwrap_err().to_string();
+    assert!(error.ends_with("its textures: 4097 texels in all, more than the limit of 4096"), "{error}");
+    options.max_texture_size = 2;
+    asset.load_with(&options).unwrap();
 }
 
 #[test]

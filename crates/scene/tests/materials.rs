@@ -231,3 +231,32 @@ fn unusable_images_leave_the_factor_and_say_so() {
     let loaded = asset.load().unwrap();
     assert!(loaded.warnings[0].contains("does not emit") && !loaded.scene.materials[0].is_emissive());
 }
+
+/// Textures of the same bytes, read in the same way, are decoded once.
+#[test]
+fn textures_of_one_image_are_one() {
+    let mut asset = textured([2, 1], |x, _| [255 * x as u8, 0, 0, 255], json!({}));
+    let uv = asset.root["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"].clone();
+    asset.root["samplers"] = json!([{"wrapS": 33071}]);
+    for (texture, wraps) in
+        [(json!({"source": 0}), 1), (json!({"source": 1}), 1), (json!({"source": 0, "sampler": 0}), 2)]
+    {
+        if texture["source"] == 1 {
+            let view = asset.root["bufferViews"]
+                [asset.root["images"][0]["bufferView"].as_u64().unwrap() as usize]
+                .clone();
+            let view = asset.push("bufferViews", view);
+            asset.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+        }
+        let texture = asset.push("textures", texture);
+        let material = asset.push(
+            "materials",
+            json!({"pbrMetallicRoughness": {"metallicFactor": 0, "baseColorTexture": {"index": texture}}}),
+        );
+        asset.mesh_node(json!({"attributes": {"POSITION": 0, "TEXCOORD_0": uv}, "material": material}));
+        let scene = asset.load_clean().scene;
+        assert_eq!(scene.textures.len(), wraps);
+        let of = |m: &indirect_core::Material| m.base_color_texture.unwrap().texture as usize;
+        assert_eq!(of(scene.materials.last().unwrap()), wraps - 1);
+    }
+}

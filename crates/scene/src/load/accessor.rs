@@ -124,7 +124,12 @@ impl<'a> Accessor<'a> {
             }
         };
         let sparse = match &json.sparse {
-            Some(sparse) => Some(Sparse::open(file, sparse, count, components, component.0, &element)?),
+            Some(sparse) => {
+                let sparse = Sparse::open(file, sparse, count, components, component.0, &element)?;
+                // Once per accessor: many primitives may share a long one.
+                file.once(index, || sparse.check(count)).map_err(|problem| file.fault(&element, problem))?;
+                Some(sparse)
+            }
             None => None,
         };
         Ok(Self {
@@ -208,14 +213,21 @@ impl<'a> Sparse<'a> {
         let view = file.view(json.values.buffer_view, &element)?;
         let values =
             Strided::new(view, json.values.byte_offset.0, n, components, component).map_err(fault)?;
-        let n = n as usize;
-        if (1..n).any(|k| indices.index(k) <= indices.index(k - 1)) {
-            return Err(fault("its indices do not increase".into()));
+        Ok(Self { count: n as usize, indices, values })
+    }
+
+    /// Whether the indices increase and stay below `count`.
+    fn check(&self, count: u64) -> Result<(), String> {
+        let index = |k| self.indices.index(k);
+        if (1..self.count).any(|k| index(k) <= index(k - 1)) {
+            return Err("sparse: its indices do not increase".into());
         }
-        if n > 0 && u64::from(indices.index(n - 1)) >= count {
-            return Err(fault(format!("index {} is outside its {count} elements", indices.index(n - 1))));
+        match self.count.checked_sub(1).map(index) {
+            Some(last) if u64::from(last) >= count => {
+                Err(format!("sparse: index {last} is outside its {count} elements"))
+            }
+            _ => Ok(()),
         }
-        Ok(Self { count: n, indices, values })
     }
 }
 

@@ -5,13 +5,15 @@
 //! error that names the element.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt::Display;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use base64::Engine as _;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
-use gltf::json::{Index, Root};
+use gltf::json::{Accessor, Index, Root};
 
 use crate::SceneLoadError;
 
@@ -27,8 +29,13 @@ const SUPPORTED: [&str; 4] = [
 pub(super) struct File<'a> {
     pub(super) path: &'a Path,
     pub(super) root: Root,
-    /// One per buffer of the file; `None` where it has no data.
-    buffers: Vec<Option<Cow<'a, [u8]>>>,
+    /// One per buffer of the file: where its bytes are in `data`; `None` where it has none.
+    buffers: Vec<Option<usize>>,
+    data: Vec<Cow<'a, [u8]>>,
+    /// Bytes of `data` together.
+    bytes: usize,
+    /// Per accessor, whether its check has passed; see [`File::once`].
+    checked: Vec<AtomicBool>,
 }
 
 /// Text from a file, fit for a message of one line: control characters are escaped, and the end of a long one is left out.
@@ -38,6 +45,11 @@ fn quote(text: &str, limit: usize) -> String {
         quoted.push('…');
     }
     quoted
+}
+
+/// The name of something that many nodes may share: the start of a long one, so that they do not multiply it.
+pub(super) fn short_name(name: &str) -> String {
+    name.chars().take(100).collect()
 }
 
 /// Kind, number and name of an element, for messages: `mesh 3 `Chair``.
@@ -60,12 +72,14 @@ impl<'a> File<'a> {
         };
         let root: Root = gltf::json::deserialize::from_slice(json)
             .map_err(|e| malformed(format!("its glTF JSON is damaged: {e}")))?;
-        let mut file = Self { path, root, buffers: Vec::new() };
+        let checked = root.accessors.iter().map(|_| AtomicBool::new(false)).collect();
+        let mut file = Self { path, root, buffers: Vec::new(), data: Vec::new(), bytes: 0, checked };
         if let Some(name) = file.root.extensions_required.iter().find(|e| !SUPPORTED.contains(&e.as_str())) {
             return Err(file.unsupported(name));
         }
+        let mut external = HashMap::new();
         for i in 0..file.root.buffers.len() {
-            let buffer = file.read_buffer(i, bin)?;
+            let buffer = file.read_buffer(i, bin, &mut external)?;
             file.buffers.push(buffer);
         }
         Ok(file)
@@ -109,9 +123,29 @@ impl<'a> File<'a> {
         })
     }
 
+    /// Runs a check of an accessor that takes time in proportion to its length, unless it has passed before.
+    pub(super) fn once<E>(
+        &self,
+        accessor: Index<Accessor>,
+        check: impl FnOnce() -> Result<(), E>,
+    ) -> Result<(), E> {
+        let flag = self.checked.get(accessor.value());
+        if !flag.is_some_and(|f| f.load(Ordering::Relaxed)) {
+            check()?;
+            flag.inspect(|f| f.store(true, Ordering::Relaxed));
+        }
+        Ok(())
+    }
+
     /// Number of bytes that all buffers hold together.
     pub(super) fn buffer_bytes(&self) -> usize {
-        self.buffers.iter().flatten().map(|b| b.len()).sum()
+        self.bytes
+    }
+
+    /// Where the bytes of a buffer view lie: buffer, offset and length. `None` where it does not exist.
+    pub(super) fn extent(&self, index: Index<gltf::json::buffer::View>) -> Option<(usize, u64, u64)> {
+        let view = self.root.buffer_views.get(index.value())?;
+        Some((view.buffer.value(), view.byte_offset.map_or(0, |o| o.0), view.byte_length.0))
     }
 
     /// The bytes of a buffer view and its stride.
@@ -127,7 +161,7 @@ impl<'a> File<'a> {
                 format!("its buffer view names buffer {}, which does not exist", view.buffer.value()),
             )
         })?;
-        let Some(buffer) = buffer else {
+        let Some(buffer) = buffer.map(|place| &self.data[place]) else {
             if let Some(name) = self.root.extensions_used.iter().find(|e| e.contains("meshopt")) {
                 return Err(self.unsupported(name));
             }
@@ -147,27 +181,50 @@ impl<'a> File<'a> {
         Ok((&buffer[offset as usize..end as usize], view.byte_stride.map(|s| s.0)))
     }
 
+    /// Reads a buffer; the answer is its place in `data`. Buffers that name one `external` file share its bytes, so that a small
+    /// file cannot have a large one read a thousand times.
     fn read_buffer(
-        &self,
+        &mut self,
         index: usize,
         bin: Option<&'a [u8]>,
-    ) -> Result<Option<Cow<'a, [u8]>>, SceneLoadError> {
+        external: &mut HashMap<PathBuf, usize>,
+    ) -> Result<Option<usize>, SceneLoadError> {
         let json = &self.root.buffers[index];
         let element = label("buffer", index, json.name.as_deref());
         let length = json.byte_length.0;
-        let data = match (&json.uri, bin) {
-            (Some(uri), _) => Cow::Owned(self.read_uri(uri, length, &element)?),
-            (None, Some(bin)) if index == 0 => Cow::Borrowed(bin),
-            (None, _) => return Ok(None),
-        };
-        if (data.len() as u64) < length {
-            let problem = format!(
-                "{length} bytes are declared, but only {} are there: the file is truncated",
-                data.len()
-            );
+        let file = json.uri.as_deref().and_then(|uri| self.external(uri));
+        let known = file.as_ref().and_then(|file| external.get(file)).copied();
+        let place = known.unwrap_or(self.data.len());
+        if known.is_none() {
+            let data = match (&json.uri, bin) {
+                (Some(uri), _) => Cow::Owned(self.read_uri(uri, length, &element)?),
+                (None, Some(bin)) if index == 0 => Cow::Borrowed(bin),
+                (None, _) => return Ok(None),
+            };
+            self.bytes += data.len();
+            self.data.push(data);
+            external.extend(file.map(|file| (file, place)));
+        }
+        let found = self.data[place].len();
+        if (found as u64) < length {
+            let why = if known.is_some() {
+                "an earlier buffer of the same file states less"
+            } else {
+                "the file is truncated"
+            };
+            let problem = format!("{length} bytes are declared, but only {found} are there: {why}");
             return Err(self.fault(element, problem));
         }
-        Ok(Some(data))
+        Ok(Some(place))
+    }
+
+    /// The file that a URI names, in one spelling; `None` where there is none, which reading it explains.
+    fn external(&self, uri: &str) -> Option<PathBuf> {
+        if uri.starts_with("data:") {
+            return None;
+        }
+        let name = percent_encoding::percent_decode_str(uri).decode_utf8().ok()?;
+        self.path.parent().unwrap_or(Path::new("")).join(name.as_ref()).canonicalize().ok()
     }
 
     /// The bytes that a URI stands for, at most `limit` of them.

@@ -1,6 +1,7 @@
 //! Materials: factors, textures, alpha.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use gltf::json::material::{AlphaMode as JsonAlpha, Material as Json};
@@ -11,9 +12,12 @@ use rayon::prelude::*;
 
 use super::LoadOptions;
 use super::file::{File, label};
-use super::texture::{self, Content, Request};
+use super::texture::{self, Content, Request, Sharing};
 use super::warnings::Warnings;
 use crate::SceneLoadError;
+
+/// The most textures of the largest size that a scene may hold; of smaller ones, accordingly more. 2 GB at the default size.
+const MAX_TEXTURES: u64 = 4096;
 
 /// All materials of a file and what the meshes need to know about them.
 pub(super) struct Materials {
@@ -72,16 +76,38 @@ pub(super) fn read(
     let json = &file.root.materials;
     let mut requests = Vec::new();
     let mut numbers = HashMap::new();
+    let mut sharing = Sharing::default();
     for (material, _) in json.iter().zip(used).filter(|(_, used)| **used) {
         for slot in slots(material).into_iter().flatten() {
-            numbers.entry(slot.request).or_insert_with(|| {
-                requests.push(slot.request);
-                requests.len() - 1
-            });
+            if numbers.contains_key(&slot.request) {
+                continue;
+            }
+            let first = sharing.first(file, slot.request)?;
+            let number = match numbers.get(&first) {
+                Some(&number) => number,
+                None => {
+                    requests.push(first);
+                    requests.len() - 1
+                }
+            };
+            numbers.insert(slot.request, number);
         }
     }
-    let images: Vec<Result<Texture, String>> =
-        requests.par_iter().map(|&r| texture::read(file, r, options.max_texture_size)).collect();
+    let texels = AtomicU64::new(0);
+    // A small file may hold many images that are large once decoded: each adds to the sum before it is kept.
+    let limit = MAX_TEXTURES * u64::from(options.max_texture_size.max(1)).pow(2);
+    let read = |&request: &Request| {
+        let texture = texture::read(file, request, options.max_texture_size)?;
+        let own = texture.texels.len() as u64;
+        let sum = texels.fetch_add(own, Ordering::Relaxed) + own;
+        if sum > limit { Err("too many".to_owned()) } else { Ok(texture) }
+    };
+    let images: Vec<Result<Texture, String>> = requests.par_iter().map(read).collect();
+    let texels = texels.into_inner();
+    if texels > limit {
+        let problem = format!("{texels} texels in all, more than the limit of {limit}");
+        return Err(file.fault("its textures", problem));
+    }
     let mut out = Materials { materials: Vec::new(), textures: Vec::new(), uv_set: Vec::new() };
     let mut indices = Vec::new();
     for image in images {

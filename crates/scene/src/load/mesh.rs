@@ -1,8 +1,10 @@
 //! Primitives into one world-space mesh.
 
+use std::rc::Rc;
+
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use gltf::json::accessor::Type;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::mesh::{Mesh as JsonMesh, Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use indirect_core::{Mesh, math};
 
@@ -12,6 +14,10 @@ use super::node::{Instance, unit};
 use super::warnings::Warnings;
 use super::{LoadOptions, LoadStats};
 use crate::SceneLoadError;
+
+/// The most primitives that the instances may add up to. Each is a draw call to other renderers and seldom has fewer than a
+/// hundred triangles, so that no real scene comes near; a small file could ask for billions.
+const MAX_PLACED: u64 = 1 << 22;
 
 /// Coordinates beyond this, metres, would overflow the squares and cross products of f32.
 const MAX_COORDINATE: f32 = 1e9;
@@ -53,10 +59,21 @@ impl Source<'_> {
     }
 }
 
+/// What [`survey`] found.
+pub(super) struct Survey {
+    /// Per material, and one more for primitives without one, whether any triangle has it.
+    pub(super) used: Vec<bool>,
+    /// Per mesh of the file, the numbers of its primitives that have triangles; empty where no instance shows it.
+    solid: Vec<Vec<usize>>,
+}
+
 /// Grows the scene's mesh, one primitive of one instance at a time.
 pub(super) struct MeshBuilder<'f> {
     file: &'f File<'f>,
     uv_set: &'f [Option<u32>],
+    survey: &'f Survey,
+    /// Per mesh, its primitives that have triangles, opened when the first instance asks for them.
+    sources: Vec<Option<Rc<[Source<'f>]>>>,
     mesh: Mesh,
     stats: LoadStats,
     /// Per vertex of the primitive at hand: the round in which it was last copied, and where to.
@@ -66,33 +83,68 @@ pub(super) struct MeshBuilder<'f> {
     clamped_color: bool,
 }
 
-/// The primitives of an instance: a name for messages, the primitive, and the number of its material, which is one past
-/// the last for primitives without one.
-fn primitives<'f>(
-    file: &'f File<'_>,
-    instance: &Instance,
-) -> Result<impl Iterator<Item = (String, &'f Primitive, usize)>, SceneLoadError> {
-    let mesh = file.get(&file.root.meshes, instance.mesh, "mesh", &instance.node)?;
-    let name = label("mesh", instance.mesh.value(), mesh.name.as_deref());
-    let no_material = file.root.materials.len();
-    Ok(mesh.primitives.iter().enumerate().map(move |(i, p)| {
-        (format!("{name}, primitive {i}"), p, p.material.map_or(no_material, |m| m.value()))
-    }))
+/// Primitive `i` of a mesh, as messages name it, and the number of its material, which is one past the last for primitives
+/// without one.
+fn describe(file: &File<'_>, index: usize, mesh: &JsonMesh, i: usize) -> (String, usize) {
+    let name = label("mesh", index, mesh.name.as_deref());
+    let material = mesh.primitives[i].material.map_or(file.root.materials.len(), |m| m.value());
+    (format!("{name}, primitive {i}"), material)
 }
 
-/// Checks what can be checked before anything is copied: the number of triangles that the instances add up to, and which
-/// materials they use (one more entry than the file has materials, for primitives without one).
+/// Checks what can be checked before anything is copied: the number of primitives and of triangles that the instances add
+/// up to, and which materials they use. Every mesh is looked at once, however many instances show it.
 pub(super) fn survey(
     file: &File<'_>,
     instances: &[Instance],
     options: &LoadOptions,
     warnings: &mut Warnings,
     stats: &mut LoadStats,
-) -> Result<Vec<bool>, SceneLoadError> {
-    let mut used = vec![false; file.root.materials.len() + 1];
-    let mut triangles = 0_u64;
+) -> Result<Survey, SceneLoadError> {
+    let meshes = &file.root.meshes;
+    let mut survey =
+        Survey { used: vec![false; file.root.materials.len() + 1], solid: vec![Vec::new(); meshes.len()] };
+    // Per mesh, its number of triangles once it is known.
+    let mut known: Vec<Option<u64>> = vec![None; meshes.len()];
+    let (mut triangles, mut placed) = (0_u64, 0_u64);
     for instance in instances {
-        for (name, primitive, material) in primitives(file, instance)? {
+        let mesh = file.get(meshes, instance.mesh, "mesh", &instance.node)?;
+        let index = instance.mesh.value();
+        let own = match known[index] {
+            Some(n) => n,
+            None => survey.look_at(file, index, mesh, warnings, stats)?,
+        };
+        known[index] = Some(own);
+        triangles = triangles.saturating_add(own);
+        placed += survey.solid[index].len() as u64;
+        if placed > MAX_PLACED {
+            let name = label("mesh", index, mesh.name.as_deref());
+            let problem = format!(
+                "with it the scene's instances add up to {placed} primitives, more than the limit of {MAX_PLACED}: join its primitives"
+            );
+            return Err(file.fault(format!("{}, {name}", instance.node), problem));
+        }
+    }
+    // Vertices are numbered with u32, and a mesh without normals has three per triangle.
+    let limit = (options.max_triangles as u64).min(u64::from(u32::MAX / 3));
+    if triangles > limit {
+        return Err(SceneLoadError::TooLarge { path: file.path.display().to_string(), triangles, limit });
+    }
+    Ok(survey)
+}
+
+impl Survey {
+    /// Looks at a mesh that has not been looked at before; returns its number of triangles.
+    fn look_at(
+        &mut self,
+        file: &File<'_>,
+        index: usize,
+        mesh: &JsonMesh,
+        warnings: &mut Warnings,
+        stats: &mut LoadStats,
+    ) -> Result<u64, SceneLoadError> {
+        let mut triangles = 0_u64;
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let (name, material) = describe(file, index, mesh, i);
             let source = open(file, primitive, &name, material, None)?;
             if primitive.targets.is_some() {
                 warnings.add("morph targets are not modelled: the base mesh is used", &name);
@@ -103,21 +155,17 @@ pub(super) fn survey(
                     warnings.add("points, lines or no vertices: skipped", &name);
                 }
                 n => {
-                    triangles += n as u64;
+                    triangles = triangles.saturating_add(n as u64);
                     if let Some(index) = primitive.material {
                         file.get(&file.root.materials, index, "material", &name)?;
                     }
-                    used[material] = true;
+                    self.used[material] = true;
+                    self.solid[index].push(i);
                 }
             }
         }
+        Ok(triangles)
     }
-    // Vertices are numbered with u32, and a mesh without normals has three per triangle.
-    let limit = (options.max_triangles as u64).min(u64::from(u32::MAX / 3));
-    if triangles > limit {
-        return Err(SceneLoadError::TooLarge { path: file.path.display().to_string(), triangles, limit });
-    }
-    Ok(used)
 }
 
 /// Opens the accessors of a primitive; `None` where it has no positions.
@@ -187,10 +235,17 @@ fn open<'f>(
 }
 
 impl<'f> MeshBuilder<'f> {
-    pub(super) fn new(file: &'f File<'f>, uv_set: &'f [Option<u32>], stats: LoadStats) -> Self {
+    pub(super) fn new(
+        file: &'f File<'f>,
+        uv_set: &'f [Option<u32>],
+        survey: &'f Survey,
+        stats: LoadStats,
+    ) -> Self {
         Self {
             file,
             uv_set,
+            survey,
+            sources: vec![None; file.root.meshes.len()],
             mesh: Mesh::default(),
             stats,
             copied: Vec::new(),
@@ -225,21 +280,40 @@ impl<'f> MeshBuilder<'f> {
             ),
             mirrored: linear.determinant() < 0.0,
         };
-        for (name, primitive, material) in primitives(self.file, instance)? {
+        for source in self.sources(instance, warnings)?.iter() {
+            self.add_primitive(source, &placement, warnings)?;
+        }
+        Ok(())
+    }
+
+    /// The primitives with triangles of an instance's mesh.
+    fn sources(
+        &mut self,
+        instance: &Instance,
+        warnings: &mut Warnings,
+    ) -> Result<Rc<[Source<'f>]>, SceneLoadError> {
+        let index = instance.mesh.value();
+        if let Some(Some(known)) = self.sources.get(index) {
+            return Ok(Rc::clone(known));
+        }
+        let file = self.file;
+        let mesh = file.get(&file.root.meshes, instance.mesh, "mesh", &instance.node)?;
+        let mut sources = Vec::new();
+        for &i in &self.survey.solid[index] {
+            let (name, material) = describe(file, index, mesh, i);
             let uv_set = self.uv_set.get(material).copied().flatten();
-            let Some(source) = open(self.file, primitive, &name, material, uv_set)? else { continue };
-            if source.triangles() == 0 {
-                continue;
-            }
+            let Some(source) = open(file, &mesh.primitives[i], &name, material, uv_set)? else { continue };
             if uv_set.is_some() && source.uvs.is_none() {
                 warnings.add(
                     "its material is textured, but it has no texture coordinates: (0, 0) is used",
                     &name,
                 );
             }
-            self.add_primitive(&source, &placement, warnings)?;
+            sources.push(source);
         }
-        Ok(())
+        let sources: Rc<[_]> = sources.into();
+        self.sources[index] = Some(Rc::clone(&sources));
+        Ok(sources)
     }
 
     fn add_primitive(

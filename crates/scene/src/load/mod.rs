@@ -41,7 +41,7 @@ impl Default for LoadOptions {
 pub struct LoadStats {
     /// Triangles without area in f32, or with a repeated vertex, that were dropped.
     pub degenerate_triangles: usize,
-    /// Primitives that hold points, lines or nothing.
+    /// Primitives of the meshes in the scene that hold points, lines or nothing; each counts once, however often it is placed.
     pub skipped_primitives: usize,
 }
 
@@ -103,9 +103,9 @@ pub fn load_bytes(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Lo
     }
     let nodes = node::read(&file, &mut warnings)?;
     let mut stats = LoadStats::default();
-    let used = mesh::survey(&file, &nodes.instances, options, &mut warnings, &mut stats)?;
-    let materials = material::read(&file, &used, options, &mut warnings)?;
-    let mut builder = MeshBuilder::new(&file, &materials.uv_set, stats);
+    let survey = mesh::survey(&file, &nodes.instances, options, &mut warnings, &mut stats)?;
+    let materials = material::read(&file, &survey.used, options, &mut warnings)?;
+    let mut builder = MeshBuilder::new(&file, &materials.uv_set, &survey, stats);
     for instance in &nodes.instances {
         builder.add(instance, &mut warnings)?;
     }

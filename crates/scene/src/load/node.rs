@@ -8,7 +8,7 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Mesh};
 use indirect_core::{Camera, CameraProjection, Light, LightKind};
 
-use super::file::{File, label};
+use super::file::{File, label, short_name};
 use super::warnings::Warnings;
 use crate::SceneLoadError;
 
@@ -75,7 +75,7 @@ pub(super) fn read(file: &File<'_>, warnings: &mut Warnings) -> Result<Nodes, Sc
         }
         if let Some(camera) = node.camera {
             let json = file.get(&root.cameras, camera, "camera", &name)?;
-            let own = node.name.clone().or_else(|| json.name.clone());
+            let own = node.name.as_deref().or(json.name.as_deref()).map(short_name);
             out.cameras.push(read_camera(file, json, own.unwrap_or_default(), world, &name)?);
         }
         if let Some(light) = node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) {
@@ -198,6 +198,6 @@ fn read_light(
     if range.is_some_and(|r| r <= 0.0) {
         return Err(file.fault(node_name, "light: its range must be above 0"));
     }
-    let name = node.name.clone().or_else(|| json.name.clone()).unwrap_or_default();
+    let name = node.name.as_deref().or(json.name.as_deref()).map(short_name).unwrap_or_default();
     Ok(Light { name, kind, power, range })
 }

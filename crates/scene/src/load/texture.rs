@@ -1,5 +1,6 @@
 //! Images into linear, filtered-down textures.
 
+use std::collections::HashMap;
 use std::io::Cursor;
 
 use glam::{Vec3, Vec4};
@@ -8,7 +9,8 @@ use gltf::json::validation::Checked;
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use indirect_core::{Texture, Wrap};
 
-use super::file::{File, label};
+use super::file::{File, label, short_name};
+use crate::SceneLoadError;
 use crate::png::linear_from_srgb;
 
 /// Largest external image file that is read, bytes.
@@ -26,11 +28,62 @@ pub(super) enum Content {
     Linear,
 }
 
-/// An image, how to read it, and how it repeats: what makes two textures the same.
+/// A texture of the file and how to read it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Request {
     pub(super) texture: usize,
     pub(super) content: Content,
+}
+
+/// Where an encoded image lies in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Source<'f> {
+    View(usize, u64, u64),
+    Uri(&'f str),
+    /// Nowhere: reading it says why.
+    Texture(usize),
+}
+
+/// Replaces requests for the same bytes, read and repeated in the same way, by the first of them, and bounds how much is left to
+/// decode.
+#[derive(Default)]
+pub(super) struct Sharing<'f> {
+    first: HashMap<(Source<'f>, Content, [Wrap; 2]), Request>,
+    /// Encoded bytes of all first requests that lie in buffers.
+    bytes: u64,
+}
+
+impl<'f> Sharing<'f> {
+    /// The request that stands for this one; the error says how the file multiplies its images.
+    pub(super) fn first(&mut self, file: &'f File<'_>, request: Request) -> Result<Request, SceneLoadError> {
+        let texture = file.root.textures.get(request.texture);
+        let image = texture.and_then(|t| file.root.images.get(t.source.value()));
+        let source = match image.map(|i| (i.buffer_view.and_then(|v| file.extent(v)), i.uri.as_deref())) {
+            Some((Some((buffer, offset, length)), _)) => Source::View(buffer, offset, length),
+            Some((None, Some(uri))) => Source::Uri(uri),
+            _ => Source::Texture(request.texture),
+        };
+        let key = (source, request.content, texture.map_or([Wrap::Repeat; 2], |t| wraps(file, t)));
+        if let Some(first) = self.first.get(&key) {
+            return Ok(*first);
+        }
+        self.first.insert(key, request);
+        let all = file.buffer_bytes() as u64;
+        if let Source::View(_, _, length) = source {
+            // One that ends beyond its buffer is refused where it is read.
+            self.bytes = self.bytes.saturating_add(length.min(all));
+        }
+        // Views of a sound file do not overlap, and one image is read in at most 3 ways and repeated in 9.
+        if self.bytes > all.saturating_mul(27) {
+            return Err(file.fault("its images", "share bytes of their buffers: the file is damaged"));
+        }
+        Ok(request)
+    }
+}
+
+fn wraps(file: &File<'_>, texture: &gltf::json::Texture) -> [Wrap; 2] {
+    let sampler = texture.sampler.and_then(|s| file.root.samplers.get(s.value()));
+    sampler.map_or([Wrap::Repeat; 2], |s| [s.wrap_s, s.wrap_t].map(wrap_mode))
 }
 
 /// Reads a texture; the error is a clause that names the image and says why it cannot be used.
@@ -52,9 +105,7 @@ pub(super) fn read(file: &File<'_>, request: Request, max_size: u32) -> Result<T
     let pixels = decode(&bytes).map_err(|problem| format!("{element} {problem}"))?;
     drop(bytes);
     let (size, texels) = shrink(&pixels, max_size.max(1), request.content);
-    let sampler = json.sampler.and_then(|s| file.root.samplers.get(s.value()));
-    let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [s.wrap_s, s.wrap_t].map(wrap_mode));
-    Ok(Texture { name: name.unwrap_or_default().to_owned(), size, texels, wrap })
+    Ok(Texture { name: name.map(short_name).unwrap_or_default(), size, texels, wrap: wraps(file, json) })
 }
 
 fn wrap_mode(mode: Checked<WrappingMode>) -> Wrap {
@@ -119,20 +170,23 @@ fn shrink(image: &DynamicImage, max: u32, content: Content) -> ([u32; 2], Vec<[u
     let size = [side(width), side(height)];
     let color = |encoded: f32| if content == Content::Linear { encoded } else { linear_from_srgb(encoded) };
     let deep = matches!(image.color().bytes_per_pixel() / image.color().channel_count(), 2..);
-    let wide = deep.then(|| image.to_rgba16());
-    let narrow = (!deep).then(|| image.to_rgba8());
     let table: Vec<f32> = (0..256_u16).map(|i| color(f32::from(i) / 255.0)).collect();
-    let texel = |x: u32, y: u32| match (&wide, &narrow) {
-        (Some(wide), _) => {
-            let [r, g, b, a] = wide.get_pixel(x, y).0.map(|c| f32::from(c) / 65535.0);
-            Vec4::new(color(r), color(g), color(b), a)
+    // Converted row by row: as a whole, a grey image would take four times its memory.
+    let texels = |y: u32| -> Vec<Vec4> {
+        let row = image.crop_imm(0, y, width, 1);
+        if deep {
+            let texel = |p: &image::Rgba<u16>| {
+                let [r, g, b, a] = p.0.map(|c| f32::from(c) / 65535.0);
+                Vec4::new(color(r), color(g), color(b), a)
+            };
+            return row.to_rgba16().pixels().map(texel).collect();
         }
-        (None, Some(narrow)) => {
-            let [r, g, b, a] = narrow.get_pixel(x, y).0;
+        let texel = |p: &image::Rgba<u8>| {
+            let [r, g, b, a] = p.0;
             let [r, g, b] = [r, g, b].map(|c| table[usize::from(c)]);
             Vec4::new(r, g, b, f32::from(a) / 255.0)
-        }
-        (None, None) => Vec4::ZERO,
+        };
+        row.to_rgba8().pixels().map(texel).collect()
     };
     let (columns, rows) = (spans(width, size[0]), spans(height, size[1]));
     let n = size[0] as usize;
@@ -141,8 +195,7 @@ fn shrink(image: &DynamicImage, max: u32, content: Content) -> ([u32; 2], Vec<[u
     let mut line = vec![(Vec4::ZERO, 0.0_f32); n];
     for (y, &(row, weights)) in rows.iter().enumerate() {
         line.fill((Vec4::ZERO, 0.0));
-        for (x, &(column, weights)) in columns.iter().enumerate() {
-            let t = texel(x as u32, y as u32);
+        for (t, &(column, weights)) in texels(y as u32).into_iter().zip(&columns) {
             // The small constant keeps the plain mean where everything is transparent.
             let w = if content == Content::ColorAlpha { t.w + 1e-5 } else { 1.0 };
             let colour = (t.truncate() * w).extend(w);
