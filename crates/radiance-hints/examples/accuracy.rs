@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let measure = |what: &str, cells: u32, options: Options, params: Params, truth: &Estimate| {
         let lattice = Lattice::new(&bounds, [cells; 3])?;
-        let reference = Reference { image: &truth.indirect, surface: &truth.surface, standard_error: None };
+        let reference = Reference::exact(&truth.indirect, &truth.surface);
         let (mut rmse, mut bias, mut worst) = (0.0, 0.0, 0.0_f64);
         for seed in 1..=SEEDS {
             let params = Params { seed, ..params };

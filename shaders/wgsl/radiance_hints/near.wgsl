@@ -40,7 +40,8 @@ fn near_in_map(hint: u32) {
     let v = position - positions[texel].xyz;
     let d2 = dot(v, v);
     // Where the map sees nothing the normal is 0.
-    if !(d2 < (REACH * diagonal) * (REACH * diagonal)) || dot(normals[texel].xyz, v) <= 0.0 {
+    let near = d2 < (REACH * diagonal) * (REACH * diagonal) && dot(normals[texel].xyz, v) > 0.0;
+    if !near {
         return;
     }
     // The finest nodes of which `side` are as wide as the window has to be.
@@ -65,7 +66,8 @@ fn near_in_map(hint: u32) {
         }
     }
     let score = flux / max(d2, 0.25 * diagonal * diagonal);
-    if !(score > windows[hint].score) {
+    let better = score > windows[hint].score;
+    if !better {
         return;
     }
     windows[hint] = Window(

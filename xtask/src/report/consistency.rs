@@ -44,8 +44,9 @@ pub(crate) fn measure(quick: bool) -> Outcome<Consistency> {
         let output = rsm::cpu::indirect(&stage.accel, &camera, &options, &Params::default())
             .map_err(|e| failed(&e))?;
         let against = |surface: &[bool]| {
+            let standard_error = Some(&error);
             let reference =
-                MetricsReference { image: &truth.indirect, surface, standard_error: Some(&error) };
+                MetricsReference { standard_error, ..MetricsReference::exact(&truth.indirect, surface) };
             compare(&output.image, &reference).map_err(|e| failed(&e))
         };
         let clear = against(&away)?;

@@ -79,6 +79,7 @@ pub(crate) struct TruthImages {
     pub(crate) indirect: Image,
     pub(crate) surface: Vec<bool>,
     pub(crate) standard_error: Image,
+    pub(crate) relative_mean_error: Option<f64>,
     pub(crate) variance: Image,
 }
 

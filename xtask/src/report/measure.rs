@@ -157,6 +157,7 @@ fn truth(stage: &Stage<'_>, effort: Effort) -> Outcome<Truth> {
         images: TruthImages {
             full,
             standard_error: deviation(&estimate.indirect_variance),
+            relative_mean_error: relative_mean_error(&estimate),
             variance: estimate.indirect_variance,
             indirect: estimate.indirect,
             surface: estimate.surface,
@@ -170,6 +171,7 @@ impl Truth {
             image: &self.images.indirect,
             surface: &self.images.surface,
             standard_error: Some(&self.images.standard_error),
+            relative_mean_error: self.images.relative_mean_error,
         }
     }
 
@@ -366,6 +368,7 @@ impl Models<'_> {
             image: &matched.indirect,
             surface: &matched.surface,
             standard_error: Some(&deviation(&matched.indirect_variance)),
+            relative_mean_error: relative_mean_error(&matched),
         };
         match compare(&run.indirect, &reference) {
             Ok(error) => Ok(Some(Matched { transport, error })),
@@ -427,6 +430,13 @@ fn split(models: &mut Models<'_>, technique: &dyn Technique, runs: &[Run]) -> Ou
 }
 
 /// Standard deviation from variance.
+/// The standard error of the mean indirect light as a share of it: pixels share random numbers, so it does not follow from
+/// theirs.
+fn relative_mean_error(estimate: &Estimate) -> Option<f64> {
+    let m = estimate.mean()[1];
+    (m.value > 0.0 && m.error.is_finite()).then(|| m.error / m.value)
+}
+
 fn deviation(variance: &Image) -> Image {
     Image { size: variance.size, pixels: variance.pixels.iter().map(|v| v.map(f32::sqrt)).collect() }
 }

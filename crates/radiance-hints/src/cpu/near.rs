@@ -75,7 +75,8 @@ fn near_in_map(
     let v = position - surface.position[texel];
     let d2 = v.dot(v);
     // Where the map sees nothing the normal is 0.
-    if !(d2 < (REACH * diagonal) * (REACH * diagonal)) || surface.normal[texel].dot(v) <= 0.0 {
+    let near = d2 < (REACH * diagonal) * (REACH * diagonal) && surface.normal[texel].dot(v) > 0.0;
+    if !near {
         return;
     }
     // The finest nodes of which `side` are as wide as the window has to be.
@@ -103,7 +104,8 @@ fn near_in_map(
         }
     }
     let score = flux / d2.max(0.25 * diagonal * diagonal);
-    if !(score > window.score) {
+    let better = score > window.score;
+    if !better {
         return;
     }
     let texels = |x: u32| (x << coarse).min(n);
