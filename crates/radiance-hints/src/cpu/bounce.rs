@@ -28,7 +28,7 @@ use super::{
 use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
-const PLACES: u32 = 4;
+pub(crate) const PLACES: u32 = 4;
 
 /// `A_l` of the clamped cosine.
 const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, FRAC_PI_4);

@@ -7,9 +7,9 @@ use rsm::Rsm;
 use super::look::plane_project;
 
 /// Points of a segment that are looked at.
-const STEPS: u32 = 16;
+pub(crate) const STEPS: u32 = 16;
 /// Halvings of the step in which a segment went behind a surface.
-const REFINEMENTS: u32 = 5;
+pub(crate) const REFINEMENTS: u32 = 5;
 
 /// A depth image and the view that it belongs to.
 pub(super) struct Depths<'a> {

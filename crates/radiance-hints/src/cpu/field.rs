@@ -5,7 +5,7 @@ use glam::{UVec3, Vec3, Vec4};
 use crate::{Lattice, Order, Volume};
 
 /// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
-const LEAST_SHARE: f32 = 1e-7;
+pub(crate) const LEAST_SHARE: f32 = 1e-7;
 
 /// The coefficients of a hint as it stores them: four of red, green and blue each, four more of each, and the ninth of all
 /// three. Order 2 keeps the first three vectors.

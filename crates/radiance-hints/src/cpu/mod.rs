@@ -1,17 +1,17 @@
 //! The passes in plain Rust: what the GPU is held against, and the fallback where there is none.
 
-mod bounce;
-mod depths;
+pub(crate) mod bounce;
+pub(crate) mod depths;
 mod enclosure;
 mod estimate;
-mod field;
+pub(crate) mod field;
 mod look;
-mod near;
+pub(crate) mod near;
 mod occlusion;
-mod reconstruct;
+pub(crate) mod reconstruct;
 mod sample;
 mod smooth;
-mod stops;
+pub(crate) mod stops;
 mod upsample;
 
 use std::time::Instant;

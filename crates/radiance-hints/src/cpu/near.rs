@@ -20,11 +20,11 @@ use super::{look::plane_project, sample::sample_of_texel};
 use crate::{Lattice, Options, Sample, Window};
 
 /// Farthest surface that is near, in diagonals of a cell. This and the next chosen by measurement on the Cornell box.
-const REACH: f32 = 1.0;
+pub(crate) const REACH: f32 = 1.0;
 /// Least edge of the fine half of a window, in diagonals of a cell; nodes are powers of two, so it is up to twice that.
-const SPAN: f32 = 0.7;
+pub(crate) const SPAN: f32 = 0.7;
 /// Where in a node the middle of a window is put, so that rounding does not decide it in scenes that are symmetric.
-const OFF_CENTRE: f32 = 0.38;
+pub(crate) const OFF_CENTRE: f32 = 0.38;
 
 /// What hints look at closely.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -31,10 +31,10 @@ const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);
 const TURN: (f32, f32) = (0.866_025_4, -0.5);
 /// Near the surface: radius and height of the ring and height of the other place, in diagonals of a cell; most of the difference that is
 /// added. Chosen by measurement on the Cornell box.
-const NEAR_RADIUS: f32 = 0.3;
-const NEAR_LIFT: f32 = 0.08;
-const FAR_LIFT: f32 = 1.1;
-const MOST_GAIN: f32 = 0.2;
+pub(crate) const NEAR_RADIUS: f32 = 0.3;
+pub(crate) const NEAR_LIFT: f32 = 0.08;
+pub(crate) const FAR_LIFT: f32 = 1.1;
+pub(crate) const MOST_GAIN: f32 = 0.2;
 
 /// Width and height of the buffer for an image of `size`.
 #[must_use]

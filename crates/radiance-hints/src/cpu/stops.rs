@@ -16,7 +16,7 @@ use super::{
 use crate::{Lattice, Options, Params, Transport};
 
 /// Nothing is in the way.
-pub(super) const OPEN: u32 = 255;
+pub(crate) const OPEN: u32 = 255;
 
 /// The words of all hints; none where nothing is tested or nothing follows directions.
 #[must_use]

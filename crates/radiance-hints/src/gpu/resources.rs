@@ -540,4 +540,28 @@ mod tests {
         );
         check_constant(&RADIANCE_HINTS_ESTIMATE, "INTERLEAVE", crate::INTERLEAVE).unwrap();
     }
+
+    #[cfg(feature = "cpu")]
+    #[test]
+    fn constants_are_the_same_in_wgsl() {
+        use crate::cpu::{bounce, depths, field, near, reconstruct, stops};
+        let numbers = [
+            (&RADIANCE_HINTS_SAMPLE, "REACH", near::REACH),
+            (&RADIANCE_HINTS_SAMPLE, "SPAN", near::SPAN),
+            (&RADIANCE_HINTS_SAMPLE, "OFF_CENTRE", near::OFF_CENTRE),
+            (&RADIANCE_HINTS_RECONSTRUCT, "NEAR_RADIUS", reconstruct::NEAR_RADIUS),
+            (&RADIANCE_HINTS_RECONSTRUCT, "NEAR_LIFT", reconstruct::NEAR_LIFT),
+            (&RADIANCE_HINTS_RECONSTRUCT, "FAR_LIFT", reconstruct::FAR_LIFT),
+            (&RADIANCE_HINTS_RECONSTRUCT, "MOST_GAIN", reconstruct::MOST_GAIN),
+            (&RADIANCE_HINTS_RECONSTRUCT, "LEAST_SHARE", field::LEAST_SHARE),
+        ];
+        numbers.into_iter().for_each(|(module, name, value)| check_constant(module, name, value).unwrap());
+        let counts = [
+            (&RADIANCE_HINTS_OCCLUSION, "STEPS", depths::STEPS),
+            (&RADIANCE_HINTS_OCCLUSION, "REFINEMENTS", depths::REFINEMENTS),
+            (&RADIANCE_HINTS_BOUNCE, "OPEN", stops::OPEN),
+            (&RADIANCE_HINTS_BOUNCE, "PLACES", bounce::PLACES),
+        ];
+        counts.into_iter().for_each(|(module, name, value)| check_constant(module, name, value).unwrap());
+    }
 }
