@@ -10,7 +10,7 @@ use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::GBuffer;
 use indirect_metrics::{Reference, compare};
 use indirect_scene::fixtures;
-use radiance_hints::{Lattice, Options, Order, Params, Reconstruction, Sampling, Visibility, cpu};
+use radiance_hints::{Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Visibility, cpu};
 use reference_pathtracer::{Bounces, Components, Estimate, Samples, Settings, render};
 
 const SIZE: [u32; 2] = [128, 128];
@@ -36,16 +36,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let measure = |what: &str, cells: u32, options: Options, params: Params, truth: &Estimate| {
         let lattice = Lattice::new(&bounds, [cells; 3])?;
         let reference = Reference::exact(&truth.indirect, &truth.surface);
-        let (mut rmse, mut bias, mut worst) = (0.0, 0.0, 0.0_f64);
+        let (mut rmse, mut bias, mut worst, mut flip) = (0.0, 0.0, 0.0_f64, 0.0);
         for seed in 1..=SEEDS {
             let params = Params { seed, ..params };
             let found = cpu::indirect(&accel, &view, &camera, &lattice, &options, &params)?;
-            let error = compare(&found.image, &reference)?.luminance;
+            let found = compare(&found.image, &reference)?;
+            let error = found.luminance;
+            flip += f64::from(found.flip) / f64::from(SEEDS);
             rmse += error.rel_rmse / f64::from(SEEDS);
             bias += error.bias / f64::from(SEEDS);
             worst = worst.max(error.rel_rmse);
         }
-        println!("{what:<36} rel_rmse {rmse:.3} (worst {worst:.3})  bias {:+.1} %", 100.0 * bias);
+        let bias = 100.0 * bias;
+        println!("{what:<36} rel_rmse {rmse:.3} (worst {worst:.3})  bias {bias:+.1} %  FLIP {flip:.3}");
         Ok::<(), Box<dyn Error>>(())
     };
 
@@ -60,6 +63,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     measure("32³, order 3, 1000 samples", 32, Options { samples: 1000, ..one }, params, &matched)?;
     measure("16³, order 2, 60 samples", 16, Options { order: Order::Two, ..one }, params, &matched)?;
+    for (what, scale) in [("half resolution", Scale::Half), ("quarter resolution", Scale::Quarter)] {
+        measure(what, 16, Options { scale, ..one }, params, &matched)?;
+    }
     let lists = Options { sampling: Sampling::Importance, ..one };
     measure("16³, 60 samples, lists alone", 16, lists, params, &matched)?;
     let read = Params { reconstruction: Reconstruction::AsPrinted, ..params };

@@ -221,7 +221,8 @@ impl RadianceHints {
             return Ok(());
         }
         let words = u64::from(resources.hint_count) * u64::from(self.options.stop_words());
-        kernel.dispatch(encoder, timer, &[group], workgroups_1d(words, WORKGROUP)?);
+        let workgroups = workgroups_1d(words, WORKGROUP)?;
+        timer.compute(encoder, "stops", |pass| kernel.record(pass, &[group], workgroups));
         Ok(())
     }
 
