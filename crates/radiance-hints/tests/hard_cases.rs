@@ -261,7 +261,7 @@ fn smoothing_follows_and_forgets() {
     let camera = cast::gbuffer(&accel, &view, [24, 16]);
     let constant = |v: f32| vec![Vec3::splat(v); camera.len()];
     let smooth = |now: &[Vec3], view, depth: &[f32], past: &[Vec3]| {
-        cpu::smooth(now, &camera, &cpu::Previous { view, depth, irradiance: past }, 0.5)
+        cpu::smooth(now, &camera, &cpu::Previous { view, size: camera.size, depth, irradiance: past }, 0.5)
     };
     let mut past = constant(1.0);
     for frame in 1..=6 {
@@ -284,6 +284,19 @@ fn smoothing_follows_and_forgets() {
         (0..camera.len())
             .all(|i| next[i] == if camera.is_surface(i) { Vec3::splat(3.0) } else { Vec3::ZERO })
     );
+    // Another size of the image: the surface is found where it was seen. A past that is not as long as it says has no say.
+    let large = cast::gbuffer(&accel, &view, [48, 32]);
+    let bright = vec![Vec3::ONE; large.len()];
+    let resized = |irradiance: &[Vec3]| {
+        let previous = cpu::Previous { view: &view, size: large.size, depth: &large.depth, irradiance };
+        cpu::smooth(&constant(3.0), &camera, &previous, 0.5)
+    };
+    let (next, none) = (resized(&bright), resized(&bright[1..]));
+    let seen: Vec<f32> = (0..camera.len()).filter(|i| camera.is_surface(*i)).map(|i| next[i].x).collect();
+    // 2 where all four neighbours have a say, 3 where none has: on the floor a texel's depth is 2 % of the next one's.
+    let followed = seen.iter().filter(|v| **v < 2.0 + 1e-4).count();
+    assert!(seen.iter().all(|v| (1.999..3.001).contains(v)) && 4 * followed > seen.len(), "{followed}");
+    assert!((0..camera.len()).all(|i| !camera.is_surface(i) || none[i] == Vec3::splat(3.0)));
     let elsewhere = camera_view(40.0);
     let next = smooth(&constant(3.0), &elsewhere, &camera.depth, &constant(1.0));
     assert!(

@@ -381,7 +381,7 @@ impl Renderer for Cpu {
         if *smoothing > 0.0 {
             let begin = Instant::now();
             if let Some(Past { view, depth, irradiance }) = &self.past {
-                let previous = cpu::Previous { view, depth, irradiance };
+                let previous = cpu::Previous { view, size: stage.size, depth, irradiance };
                 output.irradiance = cpu::smooth(&output.irradiance, &camera, &previous, *smoothing);
                 output.image = cpu::shade(&camera, &output.irradiance);
             }

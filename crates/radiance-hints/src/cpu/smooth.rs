@@ -14,6 +14,8 @@ const DEPTH_TOLERANCE: f32 = 0.02;
 pub struct Previous<'a> {
     /// Its camera.
     pub view: &'a View,
+    /// Its width and height, pixels; need not be those of the present one. Arrays of another length have nothing to say.
+    pub size: [u32; 2],
     /// View depth per pixel, metres; 0 where it saw nothing.
     pub depth: &'a [f32],
     /// Its smoothed irradiance, W/m².
@@ -33,7 +35,11 @@ fn smooth_pixel(current: Vec3, camera: &GBuffer, previous: &Previous<'_>, factor
     if !camera.is_surface(i) {
         return Vec3::ZERO;
     }
-    let [width, height] = camera.size;
+    let [width, height] = previous.size;
+    let pixels = width as usize * height as usize;
+    if previous.depth.len() != pixels || previous.irradiance.len() != pixels {
+        return current;
+    }
     let p = camera.position[i];
     let Some(at) = plane_project(previous.view, p) else { return current };
     let expected = previous.view.forward.dot(p - previous.view.origin);
