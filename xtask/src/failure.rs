@@ -35,23 +35,28 @@ impl Failure {
 /// Result of a command or of a part of one.
 pub(crate) type Outcome<T = ()> = Result<T, Failure>;
 
+/// Creates the folder of a file.
+fn folder_of(path: &Path) -> Outcome {
+    match path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        Some(parent) => std::fs::create_dir_all(parent).map_err(|e| Failure::file(parent, e)),
+        None => Ok(()),
+    }
+}
+
 /// Writes a file, naming it when that fails; creates its folder.
 pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Outcome {
-    if let Some(parent) = path.parent()
-        && !parent.as_os_str().is_empty()
-    {
-        std::fs::create_dir_all(parent).map_err(|e| Failure::file(parent, e))?;
-    }
+    folder_of(path)?;
     std::fs::write(path, bytes).map_err(|e| Failure::file(path, e))
 }
 
-/// Fails early where a file cannot be written; changes none that is there and leaves none behind that was not.
+/// Fails early where [`write()`] would fail later.
+pub(crate) fn will_write(path: &Path) -> Outcome {
+    folder_of(path)?;
+    writable(path)
+}
+
+/// Fails where a file cannot be written; changes none that is there and leaves none behind that was not.
 pub(crate) fn writable(path: &Path) -> Outcome {
-    if let Some(parent) = path.parent()
-        && !parent.as_os_str().is_empty()
-    {
-        std::fs::create_dir_all(parent).map_err(|e| Failure::file(parent, e))?;
-    }
     let existed = path.exists();
     let open = std::fs::OpenOptions::new().append(true).create(true).open(path);
     open.map_err(|e| Failure::file(path, format!("cannot be written: {e}")))?;

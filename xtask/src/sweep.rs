@@ -7,7 +7,7 @@ use crate::{gpu, setup, technique, warn};
 
 pub(crate) fn run(args: &SweepArgs) -> Outcome {
     let techniques = technique::find_all(&args.techniques)?;
-    failure::writable(&args.json)?;
+    failure::will_write(&args.json)?;
     let adapter = gpu::describe();
     if adapter.is_none() {
         warn(format!("{}: only the CPU is measured", setup::NO_ADAPTER));

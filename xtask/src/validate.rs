@@ -65,7 +65,7 @@ struct SceneResult {
 pub(crate) fn run(args: &ValidateArgs) -> Outcome {
     let techniques = technique::find_all(&args.techniques)?;
     let scenes = if args.scenes.is_empty() { stored::stored() } else { args.scenes.clone() };
-    args.json.as_deref().map(failure::writable).transpose()?;
+    args.json.as_deref().map(failure::will_write).transpose()?;
     let results = measure(&scenes, &techniques, args.perturb.as_deref())?;
     if let Some(path) = &args.json {
         failure::write_json(path, &results)?;

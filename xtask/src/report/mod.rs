@@ -26,7 +26,7 @@ pub(crate) fn run(args: &ReportArgs) -> Outcome {
     let scenes = if args.scenes.is_empty() { vec![DEFAULT_SCENE.to_owned()] } else { args.scenes.clone() };
     // An output folder that cannot be written is found before the work, not after.
     let json = args.out.join("report.json");
-    failure::writable(&json)?;
+    failure::will_write(&json)?;
     if !args.cpu_only {
         setup::vulkan_driver();
     }

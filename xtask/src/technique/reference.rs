@@ -88,7 +88,7 @@ impl Reference {
 
     /// Renders, or finds the result of an earlier run under `target/`. Where that cannot be written nothing is kept.
     pub(crate) fn cached(stage: &Stage<'_>, options: &ReferenceOptions, what: &str) -> Outcome<Estimate> {
-        if let Err(f) = failure::writable(&cache().join("probe")) {
+        if let Err(f) = failure::will_write(&cache().join("probe")) {
             warn(format!("references are not kept: {}", f.line()));
             return Ok(Self::render(stage, options, what)?.estimate);
         }
