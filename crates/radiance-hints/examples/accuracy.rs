@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let found = cpu::indirect(&accel, &view, &camera, &lattice, &options, &params)?;
             let found = compare(&found.image, &reference)?;
             let error = found.luminance;
-            flip += f64::from(found.flip) / f64::from(SEEDS);
+            flip += found.flip / f64::from(SEEDS);
             rmse += error.rel_rmse / f64::from(SEEDS);
             bias += error.bias / f64::from(SEEDS);
             worst = worst.max(error.rel_rmse);
