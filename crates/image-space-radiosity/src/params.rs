@@ -145,7 +145,8 @@ impl Thresholds {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bound {
     /// The error of taking the patch for one light: `Φ/(πd²) · (r²/d² + versine)`, where `r` is its radius and the versine that
-    /// of its cone of normals. The default.
+    /// of its cone of normals, `d` the distance of its mean position. An estimate of the error rather than a bound: a patch
+    /// that comes nearer than its mean errs more. The default.
     #[default]
     Error,
     /// The light that the patch sends, `Φ/(πd² + A)`: equations 7 and 8 with the reading of `docs/errata.md`. Splits bright
