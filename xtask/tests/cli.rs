@@ -202,6 +202,55 @@ fn stats_have_the_documented_form() {
     assert!(v["skipped"].as_array().is_some_and(|s| !s.is_empty()));
 }
 
+/// `--bounces` sets the key of a technique that has one; what another one models needs no warning, and what it does not has one.
+#[test]
+fn bounces_reach_techniques() {
+    let s = Scenes::new();
+    let out = s.path("out.exr");
+    let run = |technique: &str, bounces: &str| {
+        let stats = s.path(&format!("{technique}{bounces}.json"));
+        let run = xtask(&[
+            "render",
+            "cornell_spot",
+            "--technique",
+            technique,
+            "--backend",
+            "cpu",
+            "--size",
+            "8x8",
+            "--set",
+            "resolution=32",
+            "--bounces",
+            bounces,
+            "--out",
+            &out,
+            "--stats",
+            &stats,
+        ]);
+        let err = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(0), "{err}");
+        let v: Value = serde_json::from_slice(&std::fs::read(stats).expect("stats")).expect("JSON");
+        (v["config"]["bounces"].clone(), err)
+    };
+    assert_eq!(run("radiance-hints", "2"), (json!(2), String::new()));
+    assert_eq!(run("rsm-gather", "1"), (Value::Null, String::new()));
+    let (_, warned) = run("rsm-gather", "3");
+    assert!(warned.contains("--bounces 3: rsm-gather models 1 bounce"), "{warned}");
+}
+
+/// A scene that cannot be read does not cost the page of the others; the exit code says that one is missing.
+#[test]
+fn a_report_keeps_the_scenes_that_worked() {
+    let s = Scenes::new();
+    let out = s.path("report");
+    let run = xtask(&["report", "no_such_scene.glb", "plane_point", "--quick", "--cpu-only", "--out", &out]);
+    let err = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{err}");
+    assert!(err.contains("no_such_scene.glb"), "{err}");
+    let page = std::fs::read_to_string(Path::new(&out).join("index.html")).expect("the page");
+    assert!(page.contains("plane_point") && page.contains("no_such_scene.glb was left out"));
+}
+
 #[test]
 fn components_add_up() {
     let s = Scenes::new();

@@ -62,7 +62,7 @@ pub enum Visibility {
     #[default]
     Off,
     /// The maps' own depth decides: where the segment passes from before a lit surface to behind it, it is blocked; where it
-    /// enters a shadow through its side, it is not. Needs no geometry and does not depend on the camera; a wall that no
+    /// enters a shadow through its side, it is not. Directions of later bounces ([`Transport::Directions`]) end there too. Needs no geometry and does not depend on the camera; a wall that no
     /// light sees stays open.
     RsmDepth,
     /// §8 as printed: points of the segment that lie behind the camera's depth halve the sample's light, each. Depends on

@@ -22,6 +22,27 @@ fn render(scene: &Scene, scale: f32, options: &Options, form: Form) -> Output {
     output
 }
 
+/// A texel that is not finite counts as unlit: the sums are those without it, and nothing is drawn from it.
+#[test]
+fn a_poisoned_texel_does_not_spread() {
+    let scene = floor_and_wall(lights()[0], 1.0);
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let rsm = cpu::generate(&accel, &Options { resolution: 16, ..Options::default() }).unwrap();
+    let map = &rsm.maps[0];
+    let lit = map.texels.iter().position(|t| t.reflected.min_element() > 0.0).unwrap();
+    let top = |change: &dyn Fn(&mut rsm::Texel)| {
+        let mut texels = map.texels.clone();
+        change(&mut texels[lit]);
+        cpu::pyramid(&map.surface, &texels).top()
+    };
+    let without = top(&|t| *t = rsm::Texel::default());
+    assert!(without.reflected.min_element() > 0.0 && without != map.pyramid.top());
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        assert_eq!(top(&|t| t.reflected.y = bad), without, "reflected {bad}");
+        assert_eq!(top(&|t| t.incident.z = bad), without, "incident {bad}");
+    }
+}
+
 const SELECTIONS: [Selection; 3] =
     [Selection::All, Selection::Grid { cells: 8 }, Selection::Importance { count: 100 }];
 

@@ -217,6 +217,30 @@ proptest! {
         prop_assert!((back - u).abs().max_element() <= tolerance, "{} → {:?} → {}", u, s, back);
     }
 
+    /// A point drawn within a node lies beneath it, and its density given the node, times the node's share, is its density.
+    #[test]
+    fn a_node_is_drawn_from((size, values) in importance(), x in 0.0_f32..1.0, y in 0.0_f32..1.0, l: u32, i: u32) {
+        let pyramid = Pyramid::build(size, &values).unwrap();
+        let warp = pyramid.warp(Empty::Uniform).unwrap();
+        let level = l % (top_level(size) + 1);
+        let [w, h] = level_size(size, level);
+        let (node, u) = ([i % w, i / w % h], Vec2::new(x, y));
+        let s = warp.sample_within(level, node, u).unwrap();
+        prop_assert_eq!(s.texel.map(|t| t >> level), node);
+        prop_assert!(s.pdf > 0.0 && s.pdf <= 1.0);
+        // The share of the node: one factor for each level above it, as the density of a point has.
+        let within = |t: [u32; 2]| warp.pdf(Vec2::new(t[0] as f32 + 0.5, t[1] as f32 + 0.5));
+        let beneath = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
+        let share: f64 =
+            beneath.filter(|t| t.map(|t| t >> level) == node).map(|t| f64::from(within(t))).sum();
+        // A product of quotients, two roundings for each of up to six levels, and the densities of the sum likewise.
+        prop_assert!((f64::from(s.pdf) * share - f64::from(within(s.texel))).abs() <= 24.0 * f64::from(f32::EPSILON) * share);
+        prop_assert_eq!(warp.sample_within(0, [0, 0], u).map(|s| (s.texel, s.pdf)), Some(([0, 0], 1.0)));
+        prop_assert_eq!(warp.sample_within(top_level(size), [0, 0], u), Some(warp.sample(u)));
+        prop_assert!(warp.sample_within(level, [w, 0], u).is_none());
+        prop_assert!(warp.sample_within(top_level(size) + 1, [0, 0], u).is_none());
+    }
+
     /// ∫pdf = 1: the densities of all texel centres sum up to 1.
     #[test]
     fn density_integrates_to_one((size, values) in importance()) {

@@ -65,7 +65,7 @@ const PARAMS: [Param; 17] = [
         key: "visibility",
         default: "rsm-depth",
         kind: Kind::Choice(&["off", "rsm-depth", "camera-depth"]),
-        doc: "what blocks the first bounce: nothing as printed, the maps' depth, the camera's (view-dependent)",
+        doc: "what blocks light: nothing as printed; the maps' depth, in all bounces; the camera's in the first (view-dependent)",
     },
     Param {
         key: "bounces",
@@ -260,8 +260,8 @@ impl Technique for RadianceHints {
             );
             notes
                 .modelled
-                .push("visibility of the first bounce where a light's map sees what is in the way".into());
-            notes.skipped.push("what blocks the first bounce and no light sees".into());
+                .push("visibility of all bounces where a light's map sees what is in the way".into());
+            notes.skipped.push("what blocks a bounce and no light sees".into());
             notes
                 .skipped
                 .push("where the surfaces of later bounces are: they count as the box's walls".into());

@@ -29,7 +29,7 @@ pub(crate) const OFF_CENTRE: f32 = 0.38;
 /// What hints look at closely.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Near {
-    /// One per hint; none where no hint has a window.
+    /// One per hint; none where [`Options::near`] is 0.
     pub windows: Vec<Window>,
     /// [`Options::near`] samples per hint.
     pub samples: Vec<Sample>,

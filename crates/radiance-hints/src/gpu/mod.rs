@@ -1,7 +1,8 @@
 //! The passes on wgpu. The caller owns device, queue and encoder; nothing here submits or blocks, but for `twins`, which is
 //! for tools.
 //!
-//! No optional feature is used, and WebGPU's default limits suffice up to 1024² texels per map.
+//! No optional feature is used, and WebGPU's default limits suffice up to 1024² texels per map and, with the windows of 60
+//! samples, 41³ hints: 28 samples of 64 bytes for each are one binding.
 
 mod resources;
 mod smooth;
