@@ -156,7 +156,11 @@ modules! {
     /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
     RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
     /// Radiance that leaves each pixel; twin of `rsm::cpu::shade`.
-    RSM_SHADE = ["core/grid.wgsl", "rsm/shade.wgsl"] => ["shade"];
+    RSM_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
+    /// Radiance that leaves each pixel; twin of `indirect_filter::cpu::shade`.
+    FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
+    /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
+    FILTER_SMOOTH = ["core/grid.wgsl", "core/view.wgsl", "filter/smooth.wgsl"] => ["smooth_pixels"];
     /// Blocks of the camera's pixels; twin of `image_space_radiosity::cpu::mips`.
     IMAGE_SPACE_RADIOSITY_MIPS = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/mips.wgsl",
@@ -201,19 +205,19 @@ modules! {
     /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample` and `near`.
     RADIANCE_HINTS_SAMPLE = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",
-        "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl",
+        "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl",
         "radiance_hints/sample.wgsl", "radiance_hints/near.wgsl",
     ] => ["sample_importance", "sample_disc", "sample_near"];
     /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
     RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
-        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/look.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/occlusion.wgsl",
     ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
     /// What ends the directions of later bounces; twin of `radiance_hints::cpu::stops`.
     RADIANCE_HINTS_STOPS = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
-        "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/border.wgsl", "radiance_hints/stops.wgsl",
     ] => ["stop_directions"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
@@ -229,17 +233,13 @@ modules! {
     /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
     RADIANCE_HINTS_RECONSTRUCT = [
         "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
-        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/reconstruct.wgsl",
+        "radiance_hints/read.wgsl", "filter/reduced.wgsl", "radiance_hints/reconstruct.wgsl",
     ] => ["reconstruct"];
     /// Irradiance of every pixel from that of some; twin of `radiance_hints::cpu::upsample`.
     RADIANCE_HINTS_UPSAMPLE = [
         "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
-        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/upsample.wgsl",
+        "radiance_hints/read.wgsl", "filter/reduced.wgsl", "filter/bilateral.wgsl", "radiance_hints/upsample.wgsl",
     ] => ["upsample"];
-    /// Irradiance blended with that of the frames before; twin of `radiance_hints::cpu::smooth`.
-    RADIANCE_HINTS_SMOOTH = [
-        "core/grid.wgsl", "core/view.wgsl", "radiance_hints/project.wgsl", "radiance_hints/smooth.wgsl",
-    ] => ["smooth_pixels"];
     /// Texels to rays and points to clip space; twin of `indirect_core::View`.
     VIEW = ["core/view.wgsl"] => [];
     /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.
