@@ -75,10 +75,10 @@ fn frame(context: &Context, scene: &Scene, options: Options, params: Params) -> 
     let maps = &resources.buffers.rsm.maps;
     let texels = maps.iter().map(|m| context.read(&m.buffers.texels).unwrap()).collect();
     let run = |keep: &dyn Fn(&str) -> Backend| run_both((device, queue), &frame, &resources, &buffers, keep);
-    let (cpu, twins) = run(&|_| Backend::Cpu).unwrap();
+    let (output, twins) = run(&|_| Backend::Cpu).unwrap();
     let (mixed, _) = run(&|pass| if pass == "gather" { Backend::Cpu } else { Backend::Gpu }).unwrap();
-    assert_eq!(cpu, rsm_gather::cpu::indirect(&frame).unwrap());
-    Frame { twins, cpu, image, texels, mixed }
+    assert_eq!(output, cpu::indirect(&frame).unwrap());
+    Frame { twins, cpu: output, image, texels, mixed }
 }
 
 fn lights() -> [LightKind; 3] {
