@@ -17,7 +17,8 @@ pub use error::GpuError;
 pub use indirect_core::PassTime;
 pub use indirect_shaders as shaders;
 pub use kernel::{
-    Kernel, Named, Pipelines, bind_group, bind_group_layout, named, shader_module, workgroups_1d, workgroups_2d,
+    Kernel, Named, Pipelines, bind_group, bind_group_layout, named, shader_module, workgroups_1d,
+    workgroups_2d,
 };
 pub use layout::{Vec3Pad, ViewUniform};
 pub use pass::Pass;

@@ -1,7 +1,9 @@
 use indirect_shaders::Module;
 use wgpu::{BindGroup, Buffer, CommandEncoder, RenderPipeline, TextureView};
 
-use crate::{GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d};
+use crate::{
+    GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d,
+};
 
 /// A pass of a technique: steps that are timed and compared together. It is made once and encoded each frame, for which it
 /// allocates nothing.
@@ -161,7 +163,10 @@ impl Pass {
 impl Step {
     fn encode_draw(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, name: &'static str) {
         let Self::Draw { pipeline, group, target, arguments, offset } = self else { return };
-        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        };
         let attachment =
             wgpu::RenderPassColorAttachment { view: target, depth_slice: None, resolve_target: None, ops };
         let descriptor = wgpu::RenderPassDescriptor {

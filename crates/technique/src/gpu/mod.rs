@@ -180,7 +180,12 @@ impl<T: GpuTechnique> Resources<T> {
     /// A [`BadOption`] where the setup's options are not those that the buffers were made for, and as [`GpuTechnique::prepare`].
     pub fn prepare(&mut self, queue: &Queue, inputs: &Inputs<'_>, setup: &T::Setup) -> Result<(), T::Error> {
         if *T::options(setup) != self.options {
-            return Err(BadOption::new("options", "changed", "what the resources were made with: make new ones").into());
+            return Err(BadOption::new(
+                "options",
+                "changed",
+                "what the resources were made with: make new ones",
+            )
+            .into());
         }
         T::prepare(&mut self.buffers, queue, inputs, setup)
     }
