@@ -1,4 +1,4 @@
-use indirect_shaders::Module;
+use indirect_shaders::{BindingKind, Module};
 use wgpu::{BindGroup, Buffer, CommandEncoder, RenderPipeline, TextureView};
 
 use crate::{
@@ -11,6 +11,16 @@ use crate::{
 pub struct Pass {
     name: &'static str,
     steps: Vec<Step>,
+    uses: Vec<Use>,
+}
+
+/// A buffer that a pass binds, by the name that WGSL gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Use {
+    /// The name.
+    pub name: &'static str,
+    /// Whether it may write there.
+    pub writes: bool,
 }
 
 #[derive(Debug)]
@@ -31,13 +41,27 @@ impl Pass {
     /// A pass without steps.
     #[must_use]
     pub const fn new(name: &'static str) -> Self {
-        Self { name, steps: Vec::new() }
+        Self { name, steps: Vec::new(), uses: Vec::new() }
     }
 
     /// Its name.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// The buffers that it uses, in the order of its steps, uniforms left out.
+    #[must_use]
+    pub fn uses(&self) -> &[Use] {
+        &self.uses
+    }
+
+    /// Notes a use that does not follow from a kernel's bindings: that of a copy or a draw.
+    pub fn note(&mut self, name: &'static str, writes: bool) {
+        let new = Use { name, writes };
+        if !self.uses.contains(&new) {
+            self.uses.push(new);
+        }
     }
 
     /// Whether there is nothing to do.
@@ -87,12 +111,18 @@ impl Pass {
         lists: &[&[Named<'_>]],
     ) -> Result<(), GpuError> {
         let group = kernel.group(pipelines.device(), 0, lists)?;
+        for b in kernel.bindings() {
+            if b.kind != BindingKind::Uniform {
+                self.note(b.name, b.kind == BindingKind::ReadWrite);
+            }
+        }
         self.steps.push(Step::Compute { kernel, group, workgroups });
         Ok(())
     }
 
     /// Adds the drawing of a G-buffer; nothing to do where [`Self::encode`] is given no scene.
     pub fn surface(&mut self, pipelines: &Pipelines, target: &GBufferTarget) {
+        ["positions", "normals", "albedos", "triangles"].map(|name| self.note(name, true));
         self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
     }
 

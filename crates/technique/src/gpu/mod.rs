@@ -10,7 +10,7 @@ use indirect_gpu::shaders::Module;
 use indirect_gpu::wgpu::{Buffer, CommandEncoder, Device, Limits, Queue};
 use indirect_gpu::{GBufferTarget, GpuError, Named, Pass, PassTimer, Pipelines, Plan, SceneBuffers};
 
-pub use both::{Backend, run_both, twins};
+pub use both::{Backend, camera_twins, run_both, twins};
 pub use exchange::{Data, Exchange, Twin};
 
 use crate::Technique;
