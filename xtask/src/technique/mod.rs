@@ -4,6 +4,7 @@ mod image_space_radiosity;
 mod params;
 mod radiance_hints;
 mod reference;
+mod registry;
 mod rsm_gather;
 mod shared;
 
@@ -15,8 +16,9 @@ use serde_json::{Map, Value};
 
 pub(crate) use params::{Param, Values};
 pub(crate) use reference::{Reference, ReferenceOptions, direct_light, notes as reference_notes};
+pub(crate) use registry::{REFERENCE, find, find_all, list, real_time};
 
-use crate::failure::{Failure, Outcome};
+use crate::failure::Outcome;
 use crate::stage::Stage;
 
 /// Where the passes of a technique run.
@@ -168,50 +170,6 @@ pub(crate) struct Notes {
     pub(crate) modelled: Vec<String>,
     pub(crate) skipped: Vec<String>,
     pub(crate) warnings: Vec<String>,
-}
-
-/// All real-time techniques.
-pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
-    vec![
-        Box::new(rsm_gather::RsmGather),
-        Box::new(radiance_hints::RadianceHints),
-        Box::new(image_space_radiosity::ImageSpaceRadiosity),
-    ]
-}
-
-/// Name of the path tracer, which is not a real-time technique but answers to the same command.
-pub(crate) const REFERENCE: &str = "reference";
-
-/// The real-time technique of that name.
-pub(crate) fn find(name: &str) -> Outcome<Box<dyn Technique>> {
-    real_time().into_iter().find(|t| t.name() == name).ok_or_else(|| unknown(name))
-}
-
-/// The real-time techniques of these names; all of them where there are no names.
-pub(crate) fn find_all(names: &[String]) -> Outcome<Vec<Box<dyn Technique>>> {
-    if names.iter().any(|n| n == REFERENCE) {
-        return Err(Failure::Input(format!(
-            "--technique {REFERENCE}: it is what the others are held against; use `render`"
-        )));
-    }
-    if names.is_empty() { Ok(real_time()) } else { names.iter().map(|n| find(n)).collect() }
-}
-
-fn unknown(name: &str) -> Failure {
-    let known: Vec<_> = std::iter::once(REFERENCE).chain(real_time().iter().map(|t| t.name())).collect();
-    Failure::Input(format!("--technique {name}: unknown; there are: {}", known.join(", ")))
-}
-
-/// The text of `--list`.
-pub(crate) fn list() -> String {
-    let mut out = format!("{REFERENCE}\n    {}\n", reference::SUMMARY);
-    out += "    options: --bounces N|inf, --unoccluded, --spp N, --seed N, --pixel-filter center|box\n";
-    for t in real_time() {
-        let backends: Vec<_> = t.backends().iter().map(|b| b.name()).collect();
-        out += &format!("\n{}  (backends: {})\n    {}\n", t.name(), backends.join(", "), t.summary());
-        out += &params::table(t.params());
-    }
-    out
 }
 
 /// Frames of one renderer, measured.
