@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Accuracy,
     /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
     BenchPeers(BenchPeersArgs),
-    /// Fail on a dependency edge that docs/architecture.md does not draw.
+    /// Fail on a dependency edge that docs/architecture.md does not draw, or on files that use each other in a circle.
     CheckLayers,
     /// Count lines of code per technique: what computes, and what only connects it.
     Loc,

@@ -4,12 +4,14 @@ mod accuracy;
 mod bench_peers;
 mod ci;
 mod cli;
+mod console;
 mod doctor;
 mod failure;
 mod fixtures;
 mod gpu;
 mod layers;
 mod loc;
+mod paths;
 mod progress;
 mod render;
 mod report;
@@ -20,9 +22,7 @@ mod technique;
 mod temporal;
 mod validate;
 
-use std::fmt::Display;
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,6 +30,9 @@ use clap::error::ErrorKind;
 
 use cli::{Cli, Command};
 use failure::{Failure, Outcome};
+
+pub(crate) use console::{say, warn};
+pub(crate) use paths::{root, target};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -82,25 +85,4 @@ fn fail(failure: &Failure) -> ExitCode {
     // Nowhere to report a failure to write a failure.
     let _ = writeln!(std::io::stderr(), "error: {}", failure.line());
     ExitCode::from(failure.exit_code())
-}
-
-/// One line to stdout. A reader that has gone away is no error.
-fn say(text: impl Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
-}
-
-/// One line `warning: …` to stderr.
-fn warn(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "warning: {text}");
-}
-
-/// The root of the workspace.
-fn root() -> PathBuf {
-    let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    manifest.parent().map_or_else(|| manifest.clone(), PathBuf::from)
-}
-
-/// The folder for build products, under which caches lie too.
-fn target() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }

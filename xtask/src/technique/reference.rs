@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::failure::{self, Failure, Outcome};
 use crate::stage::Stage;
-use crate::technique::Notes;
+use super::model::Notes;
 use crate::{progress, warn};
 
 pub(crate) const SUMMARY: &str =

@@ -11,8 +11,8 @@ use indirect_technique::gpu::{
     Backend as Place, GpuTechnique, Inputs, Resources, Twin, camera_twins, run_both,
 };
 
+use super::model::{Backend, Bytes, Pass, Renderer};
 use super::settings::Values;
-use super::{Backend, Bytes, Pass, Renderer};
 use crate::failure::{Failure, Outcome};
 use crate::stage::Stage;
 

@@ -2,7 +2,7 @@
 
 use super::super::chart::{Axis, Chart, Marker, Point, Series, escape, percent, time};
 use super::super::data::{Run, SceneReport};
-use super::{put, title};
+use super::text::{put, title};
 use crate::technique::{Backend, REFERENCE};
 
 pub(super) fn curve(s: &mut String, scene: &SceneReport) {

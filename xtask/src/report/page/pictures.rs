@@ -2,7 +2,7 @@
 
 use super::super::chart::{digits, escape, time};
 use super::super::data::{Run, SceneReport};
-use super::{put, title};
+use super::text::{put, title};
 use crate::failure::{Failure, Outcome};
 use crate::technique::{Backend, REFERENCE};
 use indirect_metrics::{flip, palette};

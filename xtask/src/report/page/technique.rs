@@ -2,7 +2,7 @@
 
 use super::super::chart::{bytes, escape, percent, time};
 use super::super::data::{Part, Run, SceneReport, TechniqueReport};
-use super::{power, put, signed, thousands};
+use super::text::{power, put, signed, thousands};
 use crate::technique::Backend;
 use testkit::Deviation;
 
