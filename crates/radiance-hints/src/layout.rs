@@ -23,10 +23,16 @@ pub struct Volume {
 }
 
 impl Volume {
+    /// Its edges, metres.
+    #[must_use]
+    pub fn extent(&self) -> Vec3 {
+        self.cell * self.resolution.as_vec3()
+    }
+
     /// Its box.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        Aabb { min: self.origin, max: self.origin + self.cell * self.resolution.as_vec3() }
+        Aabb { min: self.origin, max: self.origin + self.extent() }
     }
 }
 

@@ -9,7 +9,7 @@ use indirect_core::{
 use indirect_sampling::{mapping, sobol};
 use rsm::Rsm;
 
-use super::bounce::exit_of_box;
+use super::directions::exit_of_box;
 use crate::Enclosure;
 
 /// Rays in all.

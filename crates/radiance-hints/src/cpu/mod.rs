@@ -2,6 +2,7 @@
 
 pub(crate) mod bounce;
 pub(crate) mod depths;
+pub(crate) mod directions;
 mod enclosure;
 mod estimate;
 pub(crate) mod field;
@@ -10,7 +11,7 @@ pub(crate) mod near;
 mod occlusion;
 pub(crate) mod reconstruct;
 mod sample;
-pub(crate) mod stops;
+mod stops;
 mod upsample;
 
 use std::time::Instant;
@@ -21,7 +22,8 @@ use indirect_core::{GBuffer, Image, View};
 use indirect_filter::{Reduced, cpu::shade};
 use rsm::{Rsm, cpu::PassTime};
 
-pub use bounce::{bounce, bounce_seed, visibility};
+pub use bounce::{bounce, visibility};
+pub use directions::bounce_seed;
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
 pub use field::{Field, Plane, nearest_hint, pack};

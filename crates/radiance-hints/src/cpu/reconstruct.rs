@@ -20,10 +20,7 @@ use indirect_core::{GBuffer, math::orthonormal_basis};
 use indirect_filter::Reduced;
 use rayon::prelude::*;
 
-use super::{
-    bounce::cosine_lobe,
-    field::{Field, Plane},
-};
+use super::field::{Field, Plane, cosine_lobe};
 use crate::Reconstruction;
 
 /// Sine and cosine of 80°.

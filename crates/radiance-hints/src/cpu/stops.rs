@@ -10,13 +10,10 @@ use rayon::prelude::*;
 use rsm::Rsm;
 
 use super::{
-    bounce::{border, direction},
     depths::{Depths, crossing},
+    directions::{OPEN, border, direction, half_cell},
 };
 use crate::{Lattice, Options, Params, Transport};
-
-/// Nothing is in the way.
-pub(crate) const OPEN: u32 = 255;
 
 /// The words of all hints; none where nothing is tested or nothing follows directions.
 #[must_use]
@@ -35,17 +32,12 @@ pub fn stops(rsm: &Rsm, lattice: &Lattice, options: &Options, params: &Params) -
             for j in begin..(begin + 4).min(options.bounce_samples) {
                 let w = direction(params, j);
                 let (farthest, _) = border(lattice, hint, position, w, params);
-                let reach = farthest - half_cell(lattice, hint, w);
+                let reach = farthest - half_cell(lattice.room(hint), w);
                 word |= stop(&maps, position, w, farthest, reach) << (8 * (j - begin));
             }
             word
         })
         .collect()
-}
-
-/// Half of a cell along `w`, metres: so far before what is in the way a hint is on this side of it.
-pub(super) fn half_cell(lattice: &Lattice, hint: u32, w: Vec3) -> f32 {
-    0.5 * w.abs().dot(lattice.room(hint).cell)
 }
 
 /// Where the way of the length `farthest` is blocked first. What lies beyond `reach`, half a cell before the border, is the
@@ -60,12 +52,4 @@ fn stop(maps: &[Depths<'_>], position: Vec3, w: Vec3, farthest: f32, reach: f32)
         }
     }
     nearest
-}
-
-/// The stop of direction `j`; [`OPEN`] where nothing was tested.
-pub(super) fn stop_of(stops: &[u32], hint: u32, j: u32, per_hint: u32) -> u32 {
-    if stops.is_empty() {
-        return OPEN;
-    }
-    stops[(hint * per_hint + j / 4) as usize] >> (8 * (j % 4)) & 255
 }

@@ -525,7 +525,7 @@ mod tests {
     #[cfg(feature = "cpu")]
     #[test]
     fn constants_are_the_same_in_wgsl() {
-        use crate::cpu::{bounce, depths, field, near, reconstruct, stops};
+        use crate::cpu::{bounce, depths, directions, field, near, reconstruct};
         let numbers = [
             (&RADIANCE_HINTS_SAMPLE, "REACH", near::REACH),
             (&RADIANCE_HINTS_SAMPLE, "SPAN", near::SPAN),
@@ -540,7 +540,7 @@ mod tests {
         let counts = [
             (&RADIANCE_HINTS_OCCLUSION, "STEPS", depths::STEPS),
             (&RADIANCE_HINTS_OCCLUSION, "REFINEMENTS", depths::REFINEMENTS),
-            (&RADIANCE_HINTS_BOUNCE, "OPEN", stops::OPEN),
+            (&RADIANCE_HINTS_BOUNCE, "OPEN", directions::OPEN),
             (&RADIANCE_HINTS_BOUNCE, "PLACES", bounce::PLACES),
         ];
         counts.into_iter().for_each(|(module, name, value)| check_constant(module, name, value).unwrap());

@@ -1,5 +1,5 @@
-// border: where the directions of later bounces end.
-// Twin: direction, border and exit in crates/radiance-hints/src/cpu/bounce.rs, half_cell in stops.rs.
+// directions: along which directions hints gather later bounces, and where each ends.
+// Twin: crates/radiance-hints/src/cpu/directions.rs.
 
 /// Nothing is in the way.
 const OPEN: u32 = 255u;
