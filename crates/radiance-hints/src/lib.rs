@@ -13,6 +13,7 @@ mod volume;
 pub use error::Error;
 pub use layout::{Sample, Surroundings, Volume, Window};
 pub use params::{
-    Enclosure, INTERLEAVE, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
+    Draw, Enclosure, INTERLEAVE, Options, Order, Params, Reconstruction, Sampling, Scale, Transport,
+    Visibility,
 };
 pub use volume::{Lattice, MAX_HINTS, MAX_VOLUMES};

@@ -42,7 +42,7 @@ pub enum Sampling {
     Importance,
     /// The same, but a hint close to a lit surface spends about half of its samples on the texels around its own projection,
     /// one in each node of a window of the map's pyramid, and the others on all that lies outside of it: what is near is not
-    /// left to luck. Keeps 64 bytes for each of [`Options::near`] samples of each hint, and 32 more. The default.
+    /// left to luck. Keeps 64 bytes for each of [`Draw::near`] samples of each hint, and 32 more. The default.
     #[default]
     Nearby,
     /// As printed (§4): in each map, the samples fall evenly into a disc around the hint's own projection, which takes this
@@ -166,20 +166,26 @@ impl Options {
         rsm::Options { resolution: self.resolution, selection: rsm::Selection::Importance { count: 1 } }
     }
 
+    /// How samples are drawn with this seed.
+    #[must_use]
+    pub const fn draw(&self, seed: u32) -> Draw {
+        Draw { sampling: self.sampling, samples: self.samples, seed }
+    }
+
     /// Words per hint of the visibility test; 0 without one.
     #[must_use]
     pub const fn words(&self) -> u32 {
         match self.visibility {
             Visibility::Off => 0,
-            Visibility::RsmDepth | Visibility::CameraDepth => self.samples.div_ceil(8),
+            Visibility::RsmDepth | Visibility::CameraDepth => blocked_words(self.samples),
         }
     }
 
-    /// Words per hint of what ends the directions of later bounces; 0 where nothing is tested or there are none.
+    /// Words per hint of the stops of the directions of later bounces; 0 where nothing is tested or there are none.
     #[must_use]
     pub const fn stop_words(&self) -> u32 {
         match self.visibility {
-            Visibility::RsmDepth if self.bounces > 1 => self.bounce_samples.div_ceil(4),
+            Visibility::RsmDepth if self.bounces > 1 => stop_words(self.bounce_samples),
             _ => 0,
         }
     }
@@ -191,6 +197,38 @@ impl Options {
         let volume = 16 * u64::from(self.order.vectors());
         let more = if self.bounces > 1 { 20 } else { 0 };
         u64::from(hints) * (volume * u64::from(self.bounces.min(3)) + more)
+    }
+}
+
+/// Four bits for each of so many samples of a hint, eight to a word.
+pub(crate) const fn blocked_words(samples: u32) -> u32 {
+    samples.div_ceil(8)
+}
+
+/// Eight bits for each of so many directions of a hint, four to a word.
+pub(crate) const fn stop_words(directions: u32) -> u32 {
+    directions.div_ceil(4)
+}
+
+/// How samples are drawn from the maps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Draw {
+    /// Which texels become samples.
+    pub sampling: Sampling,
+    /// Samples per hint, all maps together.
+    pub samples: u32,
+    /// Scrambles the sequences.
+    pub seed: u32,
+}
+
+impl Draw {
+    /// Lists of samples that are drawn; see [`INTERLEAVE`].
+    #[must_use]
+    pub fn lists(&self, hints: u32) -> u32 {
+        match self.sampling {
+            Sampling::Importance | Sampling::Nearby => INTERLEAVE * INTERLEAVE * INTERLEAVE,
+            Sampling::Disc { .. } => hints,
+        }
     }
 
     /// Nodes along each side of either level of the window of a hint, [`Sampling::Nearby`]: an even number, 4 for 60
@@ -208,15 +246,6 @@ impl Options {
     pub const fn near(&self) -> u32 {
         let side = self.side();
         2 * side * side - side * side / 4
-    }
-
-    /// Lists of samples that are drawn; see [`INTERLEAVE`].
-    #[must_use]
-    pub fn sets(&self, hints: u32) -> u32 {
-        match self.sampling {
-            Sampling::Importance | Sampling::Nearby => INTERLEAVE * INTERLEAVE * INTERLEAVE,
-            Sampling::Disc { .. } => hints,
-        }
     }
 }
 

@@ -22,10 +22,10 @@ use rayon::prelude::*;
 use sh_math::twins::sh_basis_l2;
 
 use super::{
-    directions::{OPEN, border, bounce_seed, direction, half_cell},
+    directions::{Directions, OPEN, bounce_seed, half_cell},
     field::{Field, cosine_lobe, nearest_hint, pack},
 };
-use crate::{Lattice, Options, Params, Surroundings, Transport};
+use crate::{Surroundings, Transport, params::stop_words};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
 pub(crate) const PLACES: u32 = 4;
@@ -33,35 +33,25 @@ pub(crate) const PLACES: u32 = 4;
 /// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
 /// `surroundings` are those of the estimate, `stops` the words of [`stops`](super::stops), or none.
 #[must_use]
-#[allow(clippy::too_many_arguments, reason = "what the GPU binds")]
 pub fn bounce(
-    lattice: &Lattice,
+    last: &Field<'_>,
     first: &[Vec4],
-    last: &[Vec4],
     surroundings: &[Surroundings],
     stops: &[u32],
+    directions: &Directions,
+    transport: Transport,
     number: u32,
-    options: &Options,
-    params: &Params,
 ) -> Vec<Vec4> {
-    let vectors = options.order.vectors() as usize;
-    let source = Source {
-        field: Field { lattice, order: options.order, hints: last },
-        surroundings,
-        stops,
-        per_hint: options.stop_words(),
-        seed: bounce_seed(params.seed, number),
-        samples: options.bounce_samples,
-        params,
-    };
-    let base = if params.transport == Transport::SphereAsPrinted { last } else { first };
+    let vectors = last.order.vectors() as usize;
+    let source = Source { field: *last, surroundings, stops, directions };
+    let base = if transport == Transport::SphereAsPrinted { last.hints } else { first };
     let mut next = vec![Vec4::ZERO; base.len()];
     next.par_chunks_exact_mut(vectors).zip(base.par_chunks_exact(vectors)).enumerate().for_each(
         |(hint, (next, base))| {
-            let sh = match params.transport {
+            let sh = match transport {
                 Transport::Directions => source.directions(hint as u32),
-                Transport::Sphere => source.sphere(hint as u32, false),
-                Transport::SphereAsPrinted => source.sphere(hint as u32, true),
+                Transport::Sphere => source.sphere(hint as u32, number, false),
+                Transport::SphereAsPrinted => source.sphere(hint as u32, number, true),
             };
             for ((next, base), more) in next.iter_mut().zip(base).zip(pack(&sh)) {
                 *next = *base + more;
@@ -75,22 +65,19 @@ struct Source<'a> {
     field: Field<'a>,
     surroundings: &'a [Surroundings],
     stops: &'a [u32],
-    per_hint: u32,
-    seed: u32,
-    samples: u32,
-    params: &'a Params,
+    directions: &'a Directions,
 }
 
 impl Source<'_> {
     /// [`Transport::Directions`].
     fn directions(&self, hint: u32) -> [Vec3; 9] {
-        let lattice = self.field.lattice;
+        let (lattice, directions) = (self.field.lattice, self.directions);
         let position = lattice.position(hint);
         let mut sh = [Vec3::ZERO; 9];
-        for j in 0..self.samples {
-            let w = direction(self.params, j);
-            let (mut farthest, face) = border(lattice, hint, position, w, self.params);
-            let stop = stop_of(self.stops, hint, j, self.per_hint);
+        for j in 0..directions.count {
+            let w = directions.direction(j);
+            let (mut farthest, face) = directions.border(lattice, hint, position, w);
+            let stop = stop_of(self.stops, hint, j, stop_words(directions.count));
             if stop != OPEN {
                 let half = half_cell(lattice.room(hint), w);
                 farthest = (farthest * (stop as f32 / OPEN as f32) - half).max(0.0);
@@ -102,7 +89,7 @@ impl Source<'_> {
                 let other = nearest_hint(lattice, q);
                 let around = &self.surroundings[other as usize];
                 if around.r_max > 0.0 {
-                    let albedo = match &self.params.enclosure {
+                    let albedo = match &directions.enclosure {
                         Some(enclosure) if stop == OPEN => enclosure.albedo[face],
                         _ => Vec3::from(around.albedo),
                     };
@@ -114,21 +101,21 @@ impl Source<'_> {
                 *c += radiance * y;
             }
         }
-        let scale = 4.0 * PI / self.samples as f32;
+        let scale = 4.0 * PI / directions.count as f32;
         sh.map(|c| c * scale)
     }
 
     /// [`Transport::Sphere`], and [`Transport::SphereAsPrinted`].
-    fn sphere(&self, hint: u32, printed: bool) -> [Vec3; 9] {
-        let lattice = self.field.lattice;
+    fn sphere(&self, hint: u32, number: u32, printed: bool) -> [Vec3; 9] {
+        let (lattice, directions) = (self.field.lattice, self.directions);
         let (position, volume) = (lattice.position(hint), lattice.room(hint));
         let extent = volume.extent();
-        let reach = self.params.range * extent.length();
+        let reach = directions.range * extent.length();
         let own = &self.surroundings[hint as usize];
-        let key = hash_combine(self.seed, hint);
+        let key = hash_combine(bounce_seed(directions.seed, number), hint);
         let mut sh = [Vec3::ZERO; 9];
         let (mut weights, mut visible, mut confident) = (0.0, 0.0, 0.0);
-        for j in 0..self.samples {
+        for j in 0..directions.count {
             let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
             // The largest of three even numbers has the density 3r² of the radius in a ball.
             let u = |i: u32| unit_f32(hash_combine(key, 3 * j + i));

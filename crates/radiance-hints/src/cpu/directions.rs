@@ -3,7 +3,7 @@
 use glam::Vec3;
 use indirect_sampling::{mapping, rng::hash_combine, sobol};
 
-use crate::{Lattice, Params, Volume};
+use crate::{Enclosure, Lattice, Volume};
 
 /// The stop of a direction on which nothing is in the way.
 pub(crate) const OPEN: u32 = 255;
@@ -14,18 +14,33 @@ pub fn bounce_seed(seed: u32, number: u32) -> u32 {
     hash_combine(seed, number)
 }
 
-/// Direction `j` of [`Transport::Directions`](crate::Transport::Directions): the same for all bounces and all hints, so that what
-/// they miss is a smooth error, not noise.
-pub(super) fn direction(params: &Params, j: u32) -> Vec3 {
-    mapping::sphere_uniform(sobol::sample_2d(j, bounce_seed(params.seed, 0)))
+/// Where each hint gathers light of later bounces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Directions {
+    /// How many there are.
+    pub count: u32,
+    /// Scrambles the sequences.
+    pub seed: u32,
+    /// How far they reach at most, as a share of the box's diagonal; see [`Params::range`](crate::Params::range).
+    pub range: f32,
+    /// What surrounds the box, where it is known; see [`Params::enclosure`](crate::Params::enclosure).
+    pub enclosure: Option<Enclosure>,
 }
 
-/// How far a hint looks along `w`, and the face of the box that lies there.
-pub(super) fn border(lattice: &Lattice, hint: u32, position: Vec3, w: Vec3, params: &Params) -> (f32, usize) {
-    let room = lattice.room(hint);
-    let (border, face) = exit_of_box(room.origin, room.origin + room.extent(), position, w);
-    let depth = params.enclosure.map_or(1.0, |e| e.depth[face]);
-    ((border * depth).min(params.range * room.extent().length()), face)
+impl Directions {
+    /// Direction `j` of [`Transport::Directions`](crate::Transport::Directions): the same for all bounces and all hints, so that
+    /// what they miss is a smooth error, not noise.
+    pub(super) fn direction(&self, j: u32) -> Vec3 {
+        mapping::sphere_uniform(sobol::sample_2d(j, bounce_seed(self.seed, 0)))
+    }
+
+    /// How far a hint at `position` looks along `w`, and the face of the box that lies there.
+    pub(super) fn border(&self, lattice: &Lattice, hint: u32, position: Vec3, w: Vec3) -> (f32, usize) {
+        let room = lattice.room(hint);
+        let (border, face) = exit_of_box(room.origin, room.origin + room.extent(), position, w);
+        let depth = self.enclosure.map_or(1.0, |e| e.depth[face]);
+        ((border * depth).min(self.range * room.extent().length()), face)
+    }
 }
 
 /// Half of a cell along `w`, metres: a hint that is so far before a surface is on this side of it.

@@ -23,19 +23,19 @@ use indirect_filter::{Reduced, cpu::shade};
 use rsm::{Rsm, cpu::PassTime};
 
 pub use bounce::{bounce, visibility};
-pub use directions::bounce_seed;
+pub use directions::{Directions, bounce_seed};
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
 pub use field::{Field, Plane, nearest_hint, pack};
 pub use look::Samples;
 pub use near::{Near, near};
-pub use occlusion::{occlusion, share_of_blocked, words};
+pub use occlusion::{occlusion, share_of_blocked};
 pub use reconstruct::{irradiance, reconstruct};
 pub use sample::sample;
 pub use stops::stops;
 pub use upsample::upsample;
 
-use crate::{Error, Lattice, Options, Params, Sample, Surroundings};
+use crate::{Error, Lattice, Options, Params, Sample, Surroundings, Transport};
 
 /// The indirect light of a frame and everything that was computed on the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,20 +99,28 @@ pub fn indirect(
     params.validate()?;
     let mut passes = Vec::new();
     let rsm = timed(&mut passes, "maps", || rsm::cpu::generate(accel, &options.rsm()))?;
-    let samples = timed(&mut passes, "sample", || sample(&rsm, lattice, options, params.seed));
-    let near = timed(&mut passes, "near", || near(&rsm, lattice, options, params.seed));
-    let looked = Samples { lists: &samples, near: &near };
+    let draw = options.draw(params.seed);
+    let samples = timed(&mut passes, "sample", || sample(&rsm, lattice, &draw));
+    let near = timed(&mut passes, "near", || near(&rsm, lattice, &draw));
+    let looked = Samples { draw, lists: &samples, near: &near };
     let blocked = timed(&mut passes, "occlusion", || {
-        occlusion(&rsm, (view, camera), lattice, &looked, options, params)
+        occlusion(&rsm, (view, camera), lattice, &looked, options.visibility, params.jitter)
     });
-    let Estimate { hints, surroundings } =
-        timed(&mut passes, "estimate", || estimate(lattice, &looked, &blocked, options, params));
-    let stops = timed(&mut passes, "stops", || stops(&rsm, lattice, options, params));
+    let Estimate { hints, surroundings } = timed(&mut passes, "estimate", || {
+        let shape = (params.jitter, params.footprint);
+        estimate(lattice, &looked, &blocked, options.order, shape, options.bounces > 1)
+    });
+    let Params { seed, range, enclosure, transport, .. } = *params;
+    let directions = Directions { count: options.bounce_samples, seed, range, enclosure };
+    let stops = timed(&mut passes, "stops", || {
+        let tested = options.stop_words() > 0 && transport == Transport::Directions;
+        if tested { stops(&rsm, lattice, &directions) } else { Vec::new() }
+    });
     let mut bounces = vec![hints];
     timed(&mut passes, "bounce", || {
         for number in 2..=options.bounces {
-            let (first, last) = (&bounces[0], &bounces[bounces.len() - 1]);
-            let next = bounce(lattice, first, last, &surroundings, &stops, number, options, params);
+            let last = Field { lattice, order: options.order, hints: &bounces[bounces.len() - 1] };
+            let next = bounce(&last, &bounces[0], &surroundings, &stops, &directions, transport, number);
             bounces.push(next);
         }
     });

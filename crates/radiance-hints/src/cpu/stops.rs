@@ -1,6 +1,6 @@
 //! `stops`: how far light of later bounces comes along each direction, where the maps' depth tells.
 //!
-//! Later bounces follow directions to the border of the box ([`Transport::Directions`]); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
+//! Later bounces follow directions to the border of the box ([`Transport::Directions`](crate::Transport::Directions)); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
 //! end where the way goes through a surface that a light sees, as samples of the first bounce do. Eight bits per hint and
 //! direction, four to a word: the share of the way to the border, in 255ths, or 255 where nothing is in the way. The directions
 //! are the same for all bounces, so that this is done once.
@@ -11,27 +11,24 @@ use rsm::Rsm;
 
 use super::{
     depths::{Depths, crossing},
-    directions::{OPEN, border, direction, half_cell},
+    directions::{Directions, OPEN, half_cell},
 };
-use crate::{Lattice, Options, Params, Transport};
+use crate::{Lattice, params::stop_words};
 
-/// The words of all hints; none where nothing is tested or nothing follows directions.
+/// The words of all hints.
 #[must_use]
-pub fn stops(rsm: &Rsm, lattice: &Lattice, options: &Options, params: &Params) -> Vec<u32> {
-    if options.stop_words() == 0 || params.transport != Transport::Directions {
-        return Vec::new();
-    }
+pub fn stops(rsm: &Rsm, lattice: &Lattice, directions: &Directions) -> Vec<u32> {
     let maps = Depths::of_maps(rsm);
-    let per_hint = options.stop_words();
+    let per_hint = stop_words(directions.count);
     (0..lattice.hints() * per_hint)
         .into_par_iter()
         .map(|i| {
             let (hint, begin) = (i / per_hint, i % per_hint * 4);
             let position = lattice.position(hint);
             let mut word = 0;
-            for j in begin..(begin + 4).min(options.bounce_samples) {
-                let w = direction(params, j);
-                let (farthest, _) = border(lattice, hint, position, w, params);
+            for j in begin..(begin + 4).min(directions.count) {
+                let w = directions.direction(j);
+                let (farthest, _) = directions.border(lattice, hint, position, w);
                 let reach = farthest - half_cell(lattice.room(hint), w);
                 word |= stop(&maps, position, w, farthest, reach) << (8 * (j - begin));
             }

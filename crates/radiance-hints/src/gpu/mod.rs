@@ -66,7 +66,7 @@ impl RadianceHints {
             options: *options,
             rsm: rsm::gpu::Rsm::new(device, &options.rsm())?,
             sample: kernel(&RADIANCE_HINTS_SAMPLE, sample),
-            near: (options.near() > 0).then(|| kernel(&RADIANCE_HINTS_SAMPLE, "sample_near")),
+            near: (options.draw(0).near() > 0).then(|| kernel(&RADIANCE_HINTS_SAMPLE, "sample_near")),
             occlusion: occlusion.map(|entry| {
                 ["occlusion_depths", entry].map(|entry| kernel(&RADIANCE_HINTS_OCCLUSION, entry))
             }),
@@ -146,7 +146,7 @@ impl RadianceHints {
         Ok(())
     }
 
-    /// `near`: the windows of the hints and the samples in them; nothing to do where [`Options::near`] is 0.
+    /// `near`: the windows of the hints and the samples in them; nothing to do where [`Draw::near`](crate::Draw::near) is 0.
     ///
     /// # Errors
     /// See [`RadianceHints::encode`].

@@ -47,7 +47,7 @@ pub(super) struct OcclusionGroups {
 pub struct Resources {
     /// The maps.
     pub rsm: rsm::gpu::Resources,
-    /// `array<Sample>`: the lists of samples; behind them [`Options::near`] for each hint.
+    /// `array<Sample>`: the lists of samples; behind them [`Draw::near`](crate::Draw::near) for each hint.
     pub samples: Buffer,
     /// `array<Window>`: what hints look at closely; one element where there are no windows.
     pub windows: Buffer,
@@ -109,7 +109,7 @@ impl Resources {
         let no_camera = GBufferTarget::new(device, [1, 1], 1)?;
         let rsm = rsm::gpu::Resources::new(device, &hints.rsm, maps, &no_camera)?;
         let hint_count = lattice.hints();
-        let slots = u64::from(options.sets(hint_count)) * u64::from(options.samples);
+        let slots = u64::from(options.draw(0).lists(hint_count)) * u64::from(options.samples);
         let slots = u32::try_from(slots).map_err(|_| GpuError::Limit {
             what: "the lists of samples",
             limit: "32-bit index",
@@ -123,7 +123,7 @@ impl Resources {
 
         let settings = uniform_buffer(device, "radiance hints settings", &Settings::zeroed());
         let lattice_buffer = uniform_buffer(device, "radiance hints lattice", &LatticeUniform::zeroed());
-        let near = u64::from(hint_count) * u64::from(options.near());
+        let near = u64::from(hint_count) * u64::from(options.draw(0).near());
         let samples =
             empty_storage_buffer::<Sample>(device, "radiance hints samples", u64::from(slots) + near)?;
         let windows = if near > 0 { u64::from(hint_count) } else { 1 };
@@ -417,8 +417,8 @@ impl Resources {
             words: options.words(),
             as_printed: u32::from(params.reconstruction == Reconstruction::AsPrinted),
             enclosed: u32::from(params.enclosure.is_some()),
-            side: options.side(),
-            near: options.near(),
+            side: options.draw(0).side(),
+            near: options.draw(0).near(),
             stop_words: options.stop_words(),
             direction_seed: indirect_sampling::rng::hash_combine(params.seed, 0),
             pad0: 0,

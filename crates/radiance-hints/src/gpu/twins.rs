@@ -58,7 +58,7 @@ pub fn twins(
         let mut found: Vec<Sample> = gpu.read(&resources.samples)?;
         let mut found = found.split_off(expected.samples.len());
         // Another window, other samples: counted once, as a window.
-        let count = hints.options().near() as usize;
+        let count = hints.options().draw(0).near() as usize;
         let place = |w: &Window| [w.first[0], w.first[1], w.end[0], w.end[1], w.map];
         for (i, (a, b)) in near.windows.iter().zip(&windows).enumerate() {
             if place(a) != place(b) || a.first == a.end {
