@@ -5,6 +5,8 @@
 //! 1. Put the file under `wgsl/<room>/<pass>.wgsl`, named like the Rust file of its CPU twin. Three lines of header: what it
 //!    does, where its twin is, where the mathematics comes from.
 //! 2. Add one entry to the table at the end of `src/lib.rs`: a constant, the files in reading order, the entry points.
+//! 3. `INDIRECT_BLESS=1 cargo test -p indirect-shaders` writes what each entry point binds to `src/bindings.rs`; without the
+//!    variable the same test fails where that file is not what the sources say.
 //!
 //! WGSL does not care about the order of declarations, so composition is concatenation. Names are shared by all files of a
 //! module: prefix what is not obviously unique with the file's stem (`octahedral_encode`, not `encode`). Permutations are
@@ -18,6 +20,49 @@
 extern crate alloc;
 
 use alloc::string::String;
+
+mod bindings;
+
+/// What an entry point binds at one place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Binding {
+    /// `@group`.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// Name of the variable.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: BindingKind,
+}
+
+/// What can be bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BindingKind {
+    /// `var<uniform>`.
+    Uniform,
+    /// `var<storage, read>`.
+    Read,
+    /// `var<storage, read_write>`.
+    ReadWrite,
+    /// `texture_2d<f32>`, not filtered.
+    TextureFloat,
+    /// `texture_2d<u32>`.
+    TextureUint,
+}
+
+/// An entry point as naga reflects it; a test of this crate holds the table against the sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EntryPoint {
+    /// Name of the [`Module`].
+    pub module: &'static str,
+    /// Name of the entry point.
+    pub name: &'static str,
+    /// Invocations of a workgroup; zeros for a vertex or fragment shader.
+    pub workgroup_size: [u32; 3],
+    /// All that it uses, by group and binding.
+    pub bindings: &'static [Binding],
+}
 
 /// A shader module: WGSL files that are concatenated, and the entry points that the result has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +87,12 @@ impl Module {
             }
         }
         source
+    }
+
+    /// What is known of an entry point; `None` where the module has none of that name.
+    #[must_use]
+    pub fn entry_point(&self, name: &str) -> Option<&'static EntryPoint> {
+        bindings::ENTRY_POINTS.iter().find(|e| e.module == self.name && e.name == name)
     }
 
     /// The file and line (from 1) of a line (from 1) of [`Self::source`]; `None` beyond its end.

@@ -39,6 +39,15 @@ pub struct View {
     pub far: f32,
 }
 
+/// A window through which a light sees the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapView {
+    /// Index into [`Scene::lights`](crate::Scene::lights).
+    pub light: usize,
+    /// The window, square in texels.
+    pub view: View,
+}
+
 impl View {
     /// A view from `origin` along `forward`; `up` only needs to differ from `forward`, where it does not any
     /// perpendicular serves.

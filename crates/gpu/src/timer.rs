@@ -5,25 +5,16 @@ use wgpu::{
     RenderPassDescriptor,
 };
 
-use crate::{GpuError, read_buffer};
+use crate::{GpuError, PassTime, read_buffer};
 
 /// Most passes that one [`PassTimer`] times by timestamps between two [`PassTimer::finish`]; WebGPU guarantees 4096
 /// queries.
 const MAX_PASSES: u32 = 2048;
 
-/// A pass and the time it took.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PassTime {
-    /// Name of the pass.
-    pub name: String,
-    /// Milliseconds.
-    pub ms: f64,
-}
-
 #[derive(Debug)]
 enum Clock {
     Off,
-    Timestamps { queries: QuerySet, names: Vec<String> },
+    Timestamps { queries: QuerySet, names: Vec<&'static str> },
     Wall { times: Vec<PassTime> },
 }
 
@@ -80,7 +71,7 @@ impl PassTimer {
     pub fn compute(
         &mut self,
         encoder: &mut CommandEncoder,
-        name: &str,
+        name: &'static str,
         encode: impl FnOnce(&mut ComputePass<'_>),
     ) {
         let index = self.begin(encoder, name);
@@ -99,7 +90,7 @@ impl PassTimer {
     pub fn render(
         &mut self,
         encoder: &mut CommandEncoder,
-        name: &str,
+        name: &'static str,
         descriptor: &RenderPassDescriptor<'_>,
         encode: impl FnOnce(&mut RenderPass<'_>),
     ) {
@@ -128,7 +119,7 @@ impl PassTimer {
         let Some((device, queue)) = &self.gpu else { return Ok(Vec::new()) };
         match &mut self.clock {
             Clock::Off => Ok(Vec::new()),
-            Clock::Wall { times } => Ok(core::mem::take(times).into_iter().collect()),
+            Clock::Wall { times } => Ok(core::mem::take(times)),
             Clock::Timestamps { names, .. } if names.is_empty() => Ok(Vec::new()),
             Clock::Timestamps { queries, names } => {
                 let count = 2 * (names.len() as u32).min(MAX_PASSES);
@@ -152,11 +143,11 @@ impl PassTimer {
     }
 
     /// Notes the pass; with the wall clock, everything encoded before it is submitted and done when this returns.
-    fn begin(&mut self, encoder: &mut CommandEncoder, name: &str) -> u32 {
+    fn begin(&mut self, encoder: &mut CommandEncoder, name: &'static str) -> u32 {
         match &mut self.clock {
             Clock::Off => 0,
             Clock::Timestamps { names, .. } => {
-                names.push(name.to_owned());
+                names.push(name);
                 names.len() as u32 - 1
             }
             Clock::Wall { .. } => {
@@ -166,13 +157,13 @@ impl PassTimer {
         }
     }
 
-    fn end(&mut self, encoder: &mut CommandEncoder, name: &str) {
+    fn end(&mut self, encoder: &mut CommandEncoder, name: &'static str) {
         let start = Instant::now();
         if matches!(self.clock, Clock::Wall { .. }) {
             self.flush(encoder);
         }
         if let Clock::Wall { times } = &mut self.clock {
-            times.push(PassTime { name: name.to_owned(), ms: start.elapsed().as_secs_f64() * 1e3 });
+            times.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
         }
     }
 

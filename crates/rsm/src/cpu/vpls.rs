@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::{
     layout::{Node, Vpl},
-    params::Selection,
+    selection::Selection,
     rsm::{Map, Rsm},
 };
 
