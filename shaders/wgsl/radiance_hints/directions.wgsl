@@ -6,7 +6,7 @@ const OPEN: u32 = 255u;
 
 /// Direction j, the same for all bounces and all hints.
 fn direction(j: u32) -> vec3<f32> {
-    return sphere_uniform(sobol_2d(j, settings.direction_seed));
+    return sphere_uniform(sobol_2d(j, hash_combine(settings.seed, 0u)));
 }
 
 /// How far a hint in this room looks along w, and the face of the box that lies there.
