@@ -25,7 +25,10 @@ use super::{
     directions::{Directions, OPEN, bounce_seed, half_cell},
     field::{Field, cosine_lobe, nearest_hint, pack},
 };
-use crate::{Surroundings, Transport, params::stop_words};
+use crate::{
+    layout::Surroundings,
+    settings::{Transport, words_of_stops},
+};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
 pub(crate) const PLACES: u32 = 4;
@@ -77,7 +80,7 @@ impl Source<'_> {
         for j in 0..directions.count {
             let w = directions.direction(j);
             let (mut farthest, face) = directions.border(lattice, hint, position, w);
-            let stop = stop_of(self.stops, hint, j, stop_words(directions.count));
+            let stop = stop_of(self.stops, hint, j, words_of_stops(directions.count));
             if stop != OPEN {
                 let half = half_cell(lattice.room(hint), w);
                 farthest = (farthest * (stop as f32 / OPEN as f32) - half).max(0.0);

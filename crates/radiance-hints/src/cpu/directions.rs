@@ -3,7 +3,11 @@
 use glam::Vec3;
 use indirect_sampling::{mapping, rng::hash_combine, sobol};
 
-use crate::{Enclosure, Lattice, Volume};
+use crate::{
+    layout::Volume,
+    setup::{Enclosure, Setup},
+    volume::Lattice,
+};
 
 /// The stop of a direction on which nothing is in the way.
 pub(crate) const OPEN: u32 = 255;
@@ -23,11 +27,18 @@ pub struct Directions {
     pub seed: u32,
     /// How far they reach at most, as a share of the box's diagonal; see [`Params::range`](crate::Params::range).
     pub range: f32,
-    /// What surrounds the box, where it is known; see [`Params::enclosure`](crate::Params::enclosure).
+    /// What surrounds the box, where it is known; see [`Setup::enclosure`].
     pub enclosure: Option<Enclosure>,
 }
 
 impl Directions {
+    /// Those of a setup.
+    #[must_use]
+    pub const fn new(setup: &Setup) -> Self {
+        let Setup { options, params, enclosure, .. } = setup;
+        Self { count: options.bounce_samples, seed: params.seed, range: params.range, enclosure: *enclosure }
+    }
+
     /// Direction `j` of [`Transport::Directions`](crate::Transport::Directions): the same for all bounces and all hints, so that
     /// what they miss is a smooth error, not noise.
     pub(super) fn direction(&self, j: u32) -> Vec3 {

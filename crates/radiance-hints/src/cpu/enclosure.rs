@@ -10,7 +10,7 @@ use indirect_sampling::{mapping, sobol};
 use rsm::Rsm;
 
 use super::directions::exit_of_box;
-use crate::Enclosure;
+use crate::setup::Enclosure;
 
 /// Rays in all.
 const RAYS: u32 = 2048;

@@ -19,11 +19,15 @@ use super::{
     look::{Looked, Samples, place_of, shift_of},
     occlusion::share_of_blocked,
 };
-use crate::{Lattice, Order, Surroundings, params::blocked_words};
+use crate::{
+    layout::Surroundings,
+    settings::{Order, words_of_samples},
+    volume::Lattice,
+};
 
 /// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
 /// out.
-const LEAST_D2: f32 = 1e-37;
+pub(crate) const LEAST_D2: f32 = 1e-37;
 
 /// The field after the first bounce, W/(sr·m²), and, for more than one bounce, what the hints know of their surroundings.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -121,6 +125,6 @@ fn open(blocked: &[u32], hint: u32, k: u32, samples: u32) -> f32 {
     if blocked.is_empty() {
         return 1.0;
     }
-    let word = blocked[(hint * blocked_words(samples) + k / 8) as usize];
+    let word = blocked[(hint * words_of_samples(samples) + k / 8) as usize];
     share_of_blocked(word >> (4 * (k % 8)) & 15)
 }

@@ -5,7 +5,7 @@ use core::f32::consts::{FRAC_PI_4, PI};
 use glam::{UVec3, Vec3, Vec4};
 use sh_math::twins::sh_lobe_l2;
 
-use crate::{Lattice, Order, Volume};
+use crate::{layout::Volume, settings::Order, volume::Lattice};
 
 /// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
 pub(crate) const LEAST_SHARE: f32 = 1e-7;

@@ -3,8 +3,12 @@
 use glam::{UVec3, Vec3};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 
-use super::near::Near;
-use crate::{Draw, INTERLEAVE, Lattice, Sample, Sampling, Window};
+use crate::{
+    layout::{Near, Sample, Window},
+    settings::Sampling,
+    setup::{Draw, INTERLEAVE},
+    volume::Lattice,
+};
 
 /// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
 /// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
@@ -18,7 +22,7 @@ pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
             let place = lattice.place(hint).1 % INTERLEAVE;
             spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
         }
-        Sampling::Disc { .. } => hint,
+        Sampling::Disc => hint,
     }
 }
 

@@ -17,7 +17,11 @@ use rayon::prelude::*;
 use rsm::{Level, Map, Rsm};
 
 use super::sample::sample_of_texel;
-use crate::{Draw, Lattice, Sample, Window};
+use crate::{
+    layout::{Near, Sample, Window},
+    setup::Draw,
+    volume::Lattice,
+};
 
 /// Farthest surface that is near, in diagonals of a cell. This and the next chosen by measurement on the Cornell box.
 pub(crate) const REACH: f32 = 1.0;
@@ -25,17 +29,6 @@ pub(crate) const REACH: f32 = 1.0;
 pub(crate) const SPAN: f32 = 0.7;
 /// Where in a node the middle of a window is put, so that rounding does not decide it in scenes that are symmetric.
 pub(crate) const OFF_CENTRE: f32 = 0.38;
-
-/// The windows of hints and the samples in them.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Near {
-    /// Texels along each side of the maps that the windows are in.
-    pub resolution: u32,
-    /// One per hint; none where [`Draw::near`] is 0.
-    pub windows: Vec<Window>,
-    /// [`Draw::near`] samples per hint.
-    pub samples: Vec<Sample>,
-}
 
 /// The windows of all hints and the samples in them; nothing for other samplings than
 /// [`Sampling::Nearby`](crate::Sampling::Nearby).

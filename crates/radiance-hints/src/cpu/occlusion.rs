@@ -12,7 +12,13 @@ use super::{
     depths::{Depths, behind, crossing},
     look::{Looked, Samples, place_of, shift_of},
 };
-use crate::{Lattice, Visibility, params::blocked_words};
+use crate::{
+    settings::{Visibility, words_of_samples},
+    volume::Lattice,
+};
+
+/// Points of a segment that §8 looks at: 3 to 8.
+pub(crate) const POINTS: u32 = 8;
 
 /// The share of a sample's light that four bits let pass.
 #[must_use]
@@ -37,7 +43,7 @@ pub fn occlusion(
         Visibility::CameraDepth => vec![Depths { view: camera.0, surface: camera.1 }],
     };
     let count = samples.draw.samples;
-    let per_hint = blocked_words(count);
+    let per_hint = words_of_samples(count);
     (0..lattice.hints() * per_hint)
         .into_par_iter()
         .map(|i| {
@@ -67,8 +73,6 @@ pub fn occlusion(
 
 /// How many points of the segment from `a` to `b` the view does not see.
 fn hidden(depths: &Depths<'_>, a: Vec3, b: Vec3) -> u32 {
-    /// Points that §8 looks at: 3 to 8.
-    const POINTS: u32 = 8;
     let mut count = 0;
     for i in 0..POINTS {
         let t = (i as f32 + 0.5) / POINTS as f32;

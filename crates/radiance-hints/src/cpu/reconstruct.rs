@@ -21,7 +21,7 @@ use indirect_filter::Reduced;
 use rayon::prelude::*;
 
 use super::field::{Field, Plane, cosine_lobe};
-use crate::Reconstruction;
+use crate::settings::Reconstruction;
 
 /// Sine and cosine of 80°.
 const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);

@@ -11,13 +11,13 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use rsm::{Map, Rsm};
 
-use crate::{Draw, Lattice, Sample, Sampling};
+use crate::{layout::Sample, settings::Sampling, setup::Draw, volume::Lattice};
 
 /// [`Draw::samples`] samples for each of [`Draw::lists`] lists, list after list. A slot that found no reflecting texel
 /// holds [`Sample::default`], whose flux is 0.
 #[must_use]
 pub fn sample(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Vec<Sample> {
-    let Draw { sampling, samples, seed } = *draw;
+    let Draw { sampling, disc: share, samples, seed } = *draw;
     let slots = draw.lists(lattice.hints()) * samples;
     match sampling {
         Sampling::Importance | Sampling::Nearby => {
@@ -29,9 +29,9 @@ pub fn sample(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Vec<Sample> {
                 })
                 .collect()
         }
-        Sampling::Disc { fraction } => (0..slots)
+        Sampling::Disc => (0..slots)
             .into_par_iter()
-            .map(|slot| disc(rsm, lattice.position(slot / samples), slot, fraction, samples, seed))
+            .map(|slot| disc(rsm, lattice.position(slot / samples), slot, share, samples, seed))
             .collect(),
     }
 }

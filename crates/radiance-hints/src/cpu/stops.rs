@@ -13,13 +13,13 @@ use super::{
     depths::{Depths, crossing},
     directions::{Directions, OPEN, half_cell},
 };
-use crate::{Lattice, params::stop_words};
+use crate::{settings::words_of_stops, volume::Lattice};
 
 /// The words of all hints.
 #[must_use]
 pub fn stops(rsm: &Rsm, lattice: &Lattice, directions: &Directions) -> Vec<u32> {
     let maps = Depths::of_maps(rsm);
-    let per_hint = stop_words(directions.count);
+    let per_hint = words_of_stops(directions.count);
     (0..lattice.hints() * per_hint)
         .into_par_iter()
         .map(|i| {
