@@ -29,11 +29,17 @@ fn the_table_of_bindings_is_that_of_the_sources() {
                 .filter_map(|(_, v)| {
                     let kind = match (v.space, &ir.types[v.ty].inner) {
                         (AddressSpace::Uniform, _) => "Uniform",
-                        (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => "ReadWrite",
-                        (AddressSpace::Storage { .. }, _) => "Read",
-                        (_, TypeInner::Image { class: ImageClass::Sampled { kind: ScalarKind::Uint, .. }, .. }) => {
-                            "TextureUint"
+                        (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => {
+                            "ReadWrite"
                         }
+                        (AddressSpace::Storage { .. }, _) => "Read",
+                        (
+                            _,
+                            TypeInner::Image {
+                                class: ImageClass::Sampled { kind: ScalarKind::Uint, .. },
+                                ..
+                            },
+                        ) => "TextureUint",
                         (_, TypeInner::Image { .. }) => "TextureFloat",
                         _ => "unknown",
                     };
@@ -45,7 +51,13 @@ fn the_table_of_bindings_is_that_of_the_sources() {
             let mut names: Vec<_> = bound.iter().map(|b| b.2).collect();
             names.sort_unstable();
             names.dedup();
-            assert_eq!(names.len(), bound.len(), "{}::{}: names are what host code binds by", module.name, entry.name);
+            assert_eq!(
+                names.len(),
+                bound.len(),
+                "{}::{}: names are what host code binds by",
+                module.name,
+                entry.name
+            );
             writeln!(
                 text,
                 "    EntryPoint {{ module: {:?}, name: {:?}, workgroup_size: {:?}, bindings: &[",
@@ -64,5 +76,8 @@ fn the_table_of_bindings_is_that_of_the_sources() {
         std::fs::write(&path, &text).unwrap();
     }
     let stored = std::fs::read_to_string(&path).unwrap();
-    assert!(stored == text, "src/bindings.rs is out of date: run INDIRECT_BLESS=1 cargo test -p indirect-shaders");
+    assert!(
+        stored == text,
+        "src/bindings.rs is out of date: run INDIRECT_BLESS=1 cargo test -p indirect-shaders"
+    );
 }

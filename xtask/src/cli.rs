@@ -41,6 +41,8 @@ pub(crate) enum Command {
     BenchPeers(BenchPeersArgs),
     /// Fail on a dependency edge that docs/architecture.md does not draw.
     CheckLayers,
+    /// Count lines of code per technique: what computes, and what only connects it.
+    Loc,
 }
 
 #[derive(Debug, Args)]
@@ -64,6 +66,12 @@ pub(crate) struct ReportArgs {
 pub(crate) enum BackendArg {
     Cpu,
     Gpu,
+}
+
+/// Reads `PASS=cpu` or `PASS=gpu`.
+fn pass_backend(text: &str) -> Result<(String, BackendArg), String> {
+    let (pass, backend) = text.split_once('=').ok_or("must be PASS=cpu or PASS=gpu")?;
+    Ok((pass.to_owned(), BackendArg::from_str(backend, true)?))
 }
 
 /// Which light an image holds.
@@ -100,6 +108,10 @@ pub(crate) struct RenderArgs {
     /// Where the passes run. Default: the GPU where there is one.
     #[arg(long)]
     pub(crate) backend: Option<BackendArg>,
+    /// Where one pass runs, to find the one that spoils an image; may be repeated. Every pass then runs on both backends, and
+    /// goes on with the results of its own: those that are not named follow `--backend`.
+    #[arg(long = "set-backend", value_name = "PASS=cpu|gpu", value_parser = pass_backend)]
+    pub(crate) set_backend: Vec<(String, BackendArg)>,
     /// Which light the image holds.
     #[arg(long, default_value = "full")]
     pub(crate) component: Component,

@@ -9,6 +9,7 @@ mod failure;
 mod fixtures;
 mod gpu;
 mod layers;
+mod loc;
 mod progress;
 mod render;
 mod report;
@@ -71,6 +72,7 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
         Some(Command::BenchPeers(args)) => bench_peers::run(args),
         Some(Command::CheckLayers) => layers::run(),
+        Some(Command::Loc) => loc::run(),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),
     }

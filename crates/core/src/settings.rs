@@ -415,7 +415,8 @@ mod tests {
 
     #[test]
     fn the_table_is_that_of_the_fields() {
-        let names: Vec<_> = Sample::KEYS.iter().map(|k| (k.name, k.default.to_string(), k.kind.to_string())).collect();
+        let names: Vec<_> =
+            Sample::KEYS.iter().map(|k| (k.name, k.default.to_string(), k.kind.to_string())).collect();
         let expected =
             [("count", "8", "1..=16"), ("some_mode", "second", "first|second"), ("tau", "0.5", "0..=1")];
         assert!(names.iter().map(|(n, d, k)| (*n, d.as_str(), k.as_str())).eq(expected), "{names:?}");

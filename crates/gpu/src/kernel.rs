@@ -141,12 +141,18 @@ impl Kernel {
         self.entry_point.map_or([64, 1, 1], |e| e.workgroup_size)
     }
 
+    /// All that it binds; nothing for a module outside of the table.
+    #[must_use]
+    pub fn bindings(&self) -> &'static [Binding] {
+        self.entry_point.map_or(&[], |e| e.bindings)
+    }
+
     /// Bind group `group` of this kernel from resources by name, see [`bind_group`].
     ///
     /// # Errors
     /// As there.
     pub fn group(&self, device: &Device, group: u32, lists: &[&[Named<'_>]]) -> Result<BindGroup, GpuError> {
-        let bindings = self.entry_point.map_or(&[][..], |e| e.bindings).iter().filter(|b| b.group == group);
+        let bindings = self.bindings().iter().filter(|b| b.group == group);
         bind_group(device, &self.pipeline.get_bind_group_layout(group), &self.name, bindings, lists)
     }
 

@@ -1,7 +1,9 @@
-use indirect_shaders::Module;
+use indirect_shaders::{BindingKind, Module};
 use wgpu::{BindGroup, Buffer, CommandEncoder, RenderPipeline, TextureView};
 
-use crate::{GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d};
+use crate::{
+    GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d,
+};
 
 /// A pass of a technique: steps that are timed and compared together. It is made once and encoded each frame, for which it
 /// allocates nothing.
@@ -9,6 +11,16 @@ use crate::{GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster
 pub struct Pass {
     name: &'static str,
     steps: Vec<Step>,
+    uses: Vec<Use>,
+}
+
+/// A buffer that a pass binds, by the name that WGSL gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Use {
+    /// The name.
+    pub name: &'static str,
+    /// Whether it may write there.
+    pub writes: bool,
 }
 
 #[derive(Debug)]
@@ -29,13 +41,27 @@ impl Pass {
     /// A pass without steps.
     #[must_use]
     pub const fn new(name: &'static str) -> Self {
-        Self { name, steps: Vec::new() }
+        Self { name, steps: Vec::new(), uses: Vec::new() }
     }
 
     /// Its name.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// The buffers that it uses, in the order of its steps, uniforms left out.
+    #[must_use]
+    pub fn uses(&self) -> &[Use] {
+        &self.uses
+    }
+
+    /// Notes a use that does not follow from a kernel's bindings: that of a copy or a draw.
+    pub fn note(&mut self, name: &'static str, writes: bool) {
+        let new = Use { name, writes };
+        if !self.uses.contains(&new) {
+            self.uses.push(new);
+        }
     }
 
     /// Whether there is nothing to do.
@@ -85,12 +111,18 @@ impl Pass {
         lists: &[&[Named<'_>]],
     ) -> Result<(), GpuError> {
         let group = kernel.group(pipelines.device(), 0, lists)?;
+        for b in kernel.bindings() {
+            if b.kind != BindingKind::Uniform {
+                self.note(b.name, b.kind == BindingKind::ReadWrite);
+            }
+        }
         self.steps.push(Step::Compute { kernel, group, workgroups });
         Ok(())
     }
 
     /// Adds the drawing of a G-buffer; nothing to do where [`Self::encode`] is given no scene.
     pub fn surface(&mut self, pipelines: &Pipelines, target: &GBufferTarget) {
+        ["positions", "normals", "albedos", "triangles"].map(|name| self.note(name, true));
         self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
     }
 
@@ -161,7 +193,10 @@ impl Pass {
 impl Step {
     fn encode_draw(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, name: &'static str) {
         let Self::Draw { pipeline, group, target, arguments, offset } = self else { return };
-        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        };
         let attachment =
             wgpu::RenderPassColorAttachment { view: target, depth_slice: None, resolve_target: None, ops };
         let descriptor = wgpu::RenderPassDescriptor {

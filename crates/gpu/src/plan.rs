@@ -10,7 +10,9 @@ use crate::GpuError;
 enum Kind {
     Buffer(BufferUsages),
     /// A render target of this longer side.
-    Texture { side: u32 },
+    Texture {
+        side: u32,
+    },
     /// Nothing: a number of elements that a shader counts in 32 bits.
     Index,
 }
@@ -140,7 +142,12 @@ impl Plan {
             if let Kind::Buffer(usage) = item.kind {
                 Self { items: vec![item.clone()] }.check(&device.limits())?;
                 let (label, size, mapped_at_creation) = (Some(name), item.size, false);
-                return Ok(device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation }));
+                return Ok(device.create_buffer(&wgpu::BufferDescriptor {
+                    label,
+                    size,
+                    usage,
+                    mapped_at_creation,
+                }));
             }
         }
         Err(GpuError::Unbound { kernel: "the plan".to_owned(), name })

@@ -110,17 +110,20 @@ impl PassTimer {
         self.end(encoder, name);
     }
 
-    /// The times of all passes since the last call, in order; the encoders that hold them must have been submitted.
-    /// Blocks.
+    /// The times of all passes since the last call, in order, passes of one name as one; the encoders that hold them must have
+    /// been submitted. Blocks.
     ///
     /// # Errors
     /// [`GpuError::ReadBack`].
     pub fn finish(&mut self) -> Result<Vec<PassTime>, GpuError> {
         let Some((device, queue)) = &self.gpu else { return Ok(Vec::new()) };
+        let mut times = Vec::new();
         match &mut self.clock {
-            Clock::Off => Ok(Vec::new()),
-            Clock::Wall { times } => Ok(core::mem::take(times)),
-            Clock::Timestamps { names, .. } if names.is_empty() => Ok(Vec::new()),
+            Clock::Off => {}
+            Clock::Wall { times: found } => {
+                core::mem::take(found).into_iter().for_each(|p| PassTime::add(&mut times, p.name, p.ms));
+            }
+            Clock::Timestamps { names, .. } if names.is_empty() => {}
             Clock::Timestamps { queries, names } => {
                 let count = 2 * (names.len() as u32).min(MAX_PASSES);
                 let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -134,12 +137,12 @@ impl PassTimer {
                 queue.submit([encoder.finish()]);
                 let ticks: Vec<u64> = read_buffer(device, queue, &buffer)?;
                 let ms = f64::from(queue.get_timestamp_period()) * 1e-6;
-                let times = core::mem::take(names).into_iter().zip(ticks.chunks_exact(2));
-                Ok(times
-                    .map(|(name, t)| PassTime { name, ms: t[1].saturating_sub(t[0]) as f64 * ms })
-                    .collect())
+                for (name, t) in core::mem::take(names).into_iter().zip(ticks.chunks_exact(2)) {
+                    PassTime::add(&mut times, name, t[1].saturating_sub(t[0]) as f64 * ms);
+                }
             }
         }
+        Ok(times)
     }
 
     /// Notes the pass; with the wall clock, everything encoded before it is submitted and done when this returns.
@@ -158,10 +161,11 @@ impl PassTimer {
     }
 
     fn end(&mut self, encoder: &mut CommandEncoder, name: &'static str) {
-        let start = Instant::now();
-        if matches!(self.clock, Clock::Wall { .. }) {
-            self.flush(encoder);
+        if !matches!(self.clock, Clock::Wall { .. }) {
+            return;
         }
+        let start = Instant::now();
+        self.flush(encoder);
         if let Clock::Wall { times } = &mut self.clock {
             times.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
         }

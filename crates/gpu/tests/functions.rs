@@ -171,7 +171,7 @@ fn grids_reach_every_index_once_beyond_65535_workgroups() -> Result<(), GpuError
     let kernel = Kernel::new(device, &GRID_TEST, "main", &[]);
     let group = kernel.bind(device, 0, &[(0, output.as_entire_binding())]);
     let mut encoder = device.create_command_encoder(&Default::default());
-    kernel.dispatch(&mut encoder, &mut PassTimer::off(), &[&group], workgroups_1d(n, 64)?);
+    kernel.dispatch(&mut encoder, &mut PassTimer::off(), "grid", &[&group], workgroups_1d(n, 64)?);
     queue.submit([encoder.finish()]);
     let cpu: Vec<u32> = (0..n as u32).collect();
     compare_exact("indices", CpuOutput(&cpu), GpuOutput(&gpu.read(&output)?), None).unwrap();
@@ -306,7 +306,7 @@ fn normalize_survives_extremes() -> Result<(), GpuError> {
     let group =
         kernel.bind(&gpu.device, 1, &[(0, input.as_entire_binding()), (1, output.as_entire_binding())]);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    kernel.dispatch(&mut encoder, &mut PassTimer::off(), &[&nothing, &group], [1, 1, 1]);
+    kernel.dispatch(&mut encoder, &mut PassTimer::off(), "normalize", &[&nothing, &group], [1, 1, 1]);
     gpu.queue.submit([encoder.finish()]);
     let found: Vec<Vec3> = gpu.read::<[f32; 4]>(&output)?.iter().map(|v| Vec4::from(*v).truncate()).collect();
     let cpu: Vec<Vec3> = vectors.iter().map(|v| math::normalize_or(*v, Vec3::Y)).collect();

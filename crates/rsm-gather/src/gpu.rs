@@ -71,7 +71,12 @@ impl GpuTechnique for RsmGather {
         buffers.own.named()
     }
 
-    fn prepare(buffers: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
+    fn prepare(
+        buffers: &mut Buffers,
+        queue: &Queue,
+        inputs: &Inputs<'_>,
+        setup: &Setup,
+    ) -> Result<(), Error> {
         setup.params.validate()?;
         buffers.rsm.prepare(queue, inputs.lights, inputs.views)?;
         buffers.slots.prepare(queue, setup.params.seed);

@@ -80,7 +80,11 @@ impl Technique for RsmGather {
                     name: "compact",
                     times: |_| 1,
                     cpu: |_, o, _| o.vpls = compact(&o.slots),
-                    gpu: |b, pass, _| b.buffers.list.compact(b.pipelines, pass, &b.buffers.slots.buffers.slots),
+                    gpu: |b, pass, _| b.buffers.list.compact(
+                        b.pipelines,
+                        pass,
+                        &b.buffers.slots.buffers.slots
+                    ),
                     data: |b, o, x, _| b.list.exchange(&mut o.vpls, x),
                 },
                 Row {

@@ -8,8 +8,8 @@ mod common;
 use common::{floor_and_wall, light, push_box, push_square, scene, spot};
 use glam::{Mat3, Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset, cast};
-use indirect_core::{LightKind, Projection, Scene, View};
 use indirect_core::settings::Settings;
+use indirect_core::{LightKind, Projection, Scene, View};
 use rsm::{Select, Selection, views::views};
 use rsm_gather::{Form, Options, Output, Params, Setup, cpu};
 

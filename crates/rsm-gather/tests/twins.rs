@@ -97,7 +97,9 @@ fn every_pass_agrees_for_every_light_and_selection() {
         {
             // Neither a power of two nor a multiple of a workgroup.
             let scene = floor_and_wall(kind, 1.0);
-            judge(&frame(context, &scene, options(45, selection), Params { form: Form::Disc, seed: 7 }).twins);
+            judge(
+                &frame(context, &scene, options(45, selection), Params { form: Form::Disc, seed: 7 }).twins,
+            );
         }
     }
     let options = options(128, Selection::Importance { count: 64 });

@@ -40,9 +40,10 @@ fn gather(c: &mut Criterion) {
         };
         let (Ok(positions), Ok(normals)) = (column(|r| r.0), column(|r| r.1)) else { return };
         let pipelines = Pipelines::new(device);
-        let (Ok(list), Ok(irradiance)) =
-            (VplList::new(device, VPLS), empty_storage_buffer::<Vec3Pad>(device, "irradiance", PIXELS.into()))
-        else {
+        let (Ok(list), Ok(irradiance)) = (
+            VplList::new(device, VPLS),
+            empty_storage_buffer::<Vec3Pad>(device, "irradiance", PIXELS.into()),
+        ) else {
             return;
         };
         let names =

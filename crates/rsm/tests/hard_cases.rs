@@ -76,6 +76,8 @@ fn a_resolution_out_of_range_is_an_error() {
     let s = floor_and_wall(lights()[0], 1.0);
     let accel = Accel::build(&s, BuildPreset::Fast);
     for resolution in [0, 8193] {
-        assert!(matches!(cpu::generate(&accel, resolution), Err(Error::BadOption(b)) if b.option == "resolution"));
+        assert!(
+            matches!(cpu::generate(&accel, resolution), Err(Error::BadOption(b)) if b.option == "resolution")
+        );
     }
 }

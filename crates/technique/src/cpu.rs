@@ -13,7 +13,11 @@ pub trait Fit: Technique {
     ///
     /// # Errors
     /// Where a setting is out of range.
-    fn fit(accel: &Accel<'_>, options: Self::Options, params: Self::Params) -> Result<Self::Setup, Self::Error>;
+    fn fit(
+        accel: &Accel<'_>,
+        options: Self::Options,
+        params: Self::Params,
+    ) -> Result<Self::Setup, Self::Error>;
 }
 
 impl<'a, S> Frame<'a, S> {

@@ -56,10 +56,8 @@ impl Deviation {
 pub fn judge(twins: &[Twin]) -> Vec<Deviation> {
     assert!(!twins.is_empty(), "nothing was compared");
     let all: Vec<_> = twins.iter().map(deviation).collect();
-    let bad: Vec<_> = all
-        .iter()
-        .filter_map(|d| Some(format!("{} {}: {}", d.pass, d.buffer, d.breach.as_ref()?)))
-        .collect();
+    let bad: Vec<_> =
+        all.iter().filter_map(|d| Some(format!("{} {}: {}", d.pass, d.buffer, d.breach.as_ref()?))).collect();
     assert!(bad.is_empty(), "{} of {} buffers deviate:\n{}", bad.len(), all.len(), bad.join("\n"));
     all
 }

@@ -128,8 +128,11 @@ const SAMPLE: Module = Module {
 #[test]
 fn layouts_that_differ_are_refused() {
     let of = |fields: &[(&'static str, usize, usize)]| -> Vec<Field> {
-        let field = |(name, offset, size): &(&'static str, usize, usize)| {
-            Field { name, offset: *offset, size: *size, number: Number::F32 }
+        let field = |(name, offset, size): &(&'static str, usize, usize)| Field {
+            name,
+            offset: *offset,
+            size: *size,
+            number: Number::F32,
         };
         fields.iter().map(field).collect()
     };

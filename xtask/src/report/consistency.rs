@@ -4,7 +4,7 @@
 use indirect_core::GBuffer;
 use indirect_metrics::{Reference as MetricsReference, compare};
 use reference_pathtracer::{Bounces, Components, PixelFilter};
-use rsm::{Options, Params, Selection};
+use rsm_gather::{Options, Params, Select, Setup, cpu};
 
 use super::data::{Consistency, ConsistencyPoint};
 use crate::failure::{Failure, Outcome};
@@ -40,8 +40,9 @@ pub(crate) fn measure(quick: bool) -> Outcome<Consistency> {
     let mut noise_floor = 0.0;
     let failed = |e: &dyn std::fmt::Display| Failure::Check(format!("{SCENE}: {e}"));
     for &resolution in resolutions {
-        let options = Options { resolution, selection: Selection::All };
-        let output = rsm::cpu::indirect(&stage.accel, &camera, &options, &Params::default())
+        let options = Options { resolution, select: Select::All, ..Options::default() };
+        let setup = Setup { options, params: Params::default() };
+        let output = cpu::indirect(&cpu::Frame::new(&stage.accel, &stage.view, &camera, &setup))
             .map_err(|e| failed(&e))?;
         let against = |surface: &[bool]| {
             let standard_error = Some(&error);

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::technique::{Backend, Bytes, Notes, Pass, Transport};
-use crate::validate::Deviation;
+use testkit::Deviation;
 
 /// A whole report.
 #[derive(Debug, Serialize)]

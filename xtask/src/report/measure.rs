@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use indirect_core::{Image, Scene, math::luminance};
+use indirect_gpu::wgpu::Limits;
 use indirect_metrics::{Reference as MetricsReference, compare, difference, exposure};
 use reference_pathtracer::{Bounces, Components, Estimate, PixelFilter};
 
@@ -15,7 +16,7 @@ use crate::failure::{Failure, Outcome};
 use crate::progress;
 use crate::stage::{Source, Stage};
 use crate::technique::{
-    self, Backend, Bytes, Pass, REFERENCE, Reference, ReferenceOptions, Technique, Transport, Values,
+    self, Backend, Bytes, Pass, REFERENCE, Reference, ReferenceOptions, Technique, Transport,
 };
 use crate::validate;
 
@@ -75,11 +76,19 @@ pub(crate) fn scene(
     let camera = source.camera(None)?;
     let size = Source::size(camera, effort.width());
     let mut warnings = source.warnings.clone();
-    // A scene that does not fit the adapter is still measured on the CPU.
-    let gpu = with_gpu
-        .then(|| crate::gpu::open(&source.scene, 0))
-        .and_then(|gpu| gpu.map_err(|f| warnings.push(format!("the GPU is left out: {}", f.line()))).ok());
-    let stage = Stage::new(source, camera, size, gpu);
+    let mut stage = Stage::new(source, camera, size, None);
+    if with_gpu {
+        let mut limits = Limits::default();
+        for technique in techniques {
+            for pairs in technique.sweep(effort.quick).iter().flatten() {
+                let needed = technique.required_limits(&stage, &technique.parse(pairs)?)?;
+                limits = crate::gpu::larger(&limits, &needed);
+            }
+        }
+        // A scene that does not fit the adapter is still measured on the CPU.
+        let gpu = crate::gpu::open(&source.scene, &limits);
+        stage.gpu = gpu.map_err(|f| warnings.push(format!("the GPU is left out: {}", f.line()))).ok();
+    }
     let truth = truth(&stage, effort)?;
     let mut models = Models { source, stage: &stage, truth: &truth, effort, made: BTreeMap::new() };
     let mut runs = baseline(&stage, &truth, effort)?;
@@ -253,15 +262,15 @@ fn baseline(stage: &Stage<'_>, truth: &Truth, effort: Effort) -> Outcome<Vec<Run
 fn sweep(models: &mut Models<'_>, technique: &dyn Technique) -> Outcome<Vec<Run>> {
     let Models { stage, truth, effort, .. } = *models;
     let backends: Vec<_> =
-        technique.backends().iter().filter(|b| **b == Backend::Cpu || stage.gpu.is_some()).collect();
+        Backend::ALL.into_iter().filter(|b| *b == Backend::Cpu || stage.gpu.is_some()).collect();
     let curves = technique.sweep(effort.quick);
     let steps = curves.iter().map(Vec::len).sum::<usize>() * backends.len();
     let bar = progress::bar(steps as u64, format!("{} sweep", technique.name()));
     let mut runs = Vec::new();
-    for &&backend in &backends {
+    for &backend in &backends {
         for (curve, settings) in curves.iter().enumerate() {
             for pairs in settings {
-                let values = Values::parse(technique.name(), technique.params(), pairs)?;
+                let values = technique.parse(pairs)?;
                 let start = Instant::now();
                 let mut renderer = technique.prepare(stage, &values, 0, backend)?;
                 let prepare_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -270,7 +279,7 @@ fn sweep(models: &mut Models<'_>, technique: &dyn Technique) -> Outcome<Vec<Run>
                     technique: technique.name().to_owned(),
                     backend,
                     curve,
-                    config: technique::config(&values, 0),
+                    config: technique.config(&values, &stage.profile, 0),
                     label: pairs.join(" "),
                     prepare_ms,
                     frame_ms: measured.frame_ms,
@@ -387,8 +396,8 @@ fn split(models: &mut Models<'_>, technique: &dyn Technique, runs: &[Run]) -> Ou
         of.min_by(|a, b| a.rel_rmse().total_cmp(&b.rel_rmse()))
     };
     let Some(cpu) = best(Backend::Cpu) else { return Ok(None) };
-    let pairs: Vec<_> = cpu.label.split_whitespace().collect();
-    let values = Values::parse(technique.name(), technique.params(), &pairs)?;
+    let pairs: Vec<_> = cpu.label.split_whitespace().map(str::to_owned).collect();
+    let values = technique.parse(&pairs)?;
     let black = Image::new(stage.size);
     let mut made = Vec::new();
     for (name, why, model) in models.chain(technique.transport(&values)) {

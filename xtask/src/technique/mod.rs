@@ -1,20 +1,26 @@
 //! The one way in which the harness sees techniques.
 
 mod image_space_radiosity;
-mod params;
+mod notes;
 mod radiance_hints;
 mod reference;
+mod renderer;
 mod rsm_gather;
-mod shared;
+mod settings;
 
+use std::marker::PhantomData;
 use std::time::Instant;
 
+use indirect_core::settings::Settings;
 use indirect_core::{Image, SceneProfile};
+use indirect_gpu::wgpu::Limits;
+use indirect_technique::cpu::Fit;
+use indirect_technique::gpu::{GpuTechnique, Resources, Twin};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-pub(crate) use params::{Param, Values};
 pub(crate) use reference::{Reference, ReferenceOptions, direct_light, notes as reference_notes};
+pub(crate) use settings::Values;
 
 use crate::failure::{Failure, Outcome};
 use crate::stage::Stage;
@@ -28,6 +34,9 @@ pub(crate) enum Backend {
 }
 
 impl Backend {
+    /// All of them: techniques run on both.
+    pub(crate) const ALL: [Self; 2] = [Self::Cpu, Self::Gpu];
+
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -36,28 +45,56 @@ impl Backend {
     }
 }
 
+/// What the harness knows of a technique beside its crate.
+trait Adapter: 'static {
+    /// The crate's.
+    type Technique: Fit + GpuTechnique;
+    /// One line: the idea and its limits.
+    const SUMMARY: &'static str;
+    /// Settings with which twins are compared, on top of the defaults: a prefix for names, and `KEY=VALUE` pairs.
+    const TWINS: &'static [(&'static str, &'static [&'static str])];
+    /// The settings that a sweep visits, as `KEY=VALUE` pairs on top of the defaults; each inner list is one curve.
+    fn sweep(quick: bool) -> Vec<Vec<Vec<String>>>;
+    /// What it models in a scene of this kind, what it leaves out and why, and what the user should know.
+    fn notes(profile: &SceneProfile) -> Notes;
+    /// What settings model of the light's way: the reference that the image approaches as its sampling gets finer.
+    fn transport(_options: &Options<Self>) -> Transport {
+        Transport { bounces: 1, occluded: false }
+    }
+}
+
+type Options<A> = <<A as Adapter>::Technique as indirect_technique::Technique>::Options;
+
+/// A curve of a sweep: `base`, and `key` at each of `numbers`.
+fn curve(base: &[&str], key: &str, numbers: &[u32]) -> Vec<Vec<String>> {
+    let of = |n: &u32| base.iter().map(|s| (*s).to_owned()).chain([format!("{key}={n}")]).collect();
+    numbers.iter().map(of).collect()
+}
+
 /// A way to compute indirect light.
 pub(crate) trait Technique {
     /// The name on the command line.
     fn name(&self) -> &'static str;
-    /// One line: the idea and its limits.
+    /// See [`Adapter::SUMMARY`].
     fn summary(&self) -> &'static str;
-    /// What `--set` changes.
-    fn params(&self) -> &'static [Param];
-    /// Where it can run.
-    fn backends(&self) -> &'static [Backend];
-    /// The settings that a sweep visits, as `KEY=VALUE` pairs on top of the defaults; each inner list is one curve.
+    /// The table of its settings, as text.
+    fn table(&self) -> String;
+    /// Whether it has a setting of that name.
+    fn has_key(&self, name: &str) -> bool;
+    /// Checks `KEY=VALUE` pairs.
+    fn parse(&self, pairs: &[String]) -> Outcome<Values>;
+    /// All settings for JSON.
+    fn config(&self, values: &Values, profile: &SceneProfile, seed: u32) -> Map<String, Value>;
+    /// See [`Adapter::sweep`].
     fn sweep(&self, quick: bool) -> Vec<Vec<Vec<String>>>;
-    /// What it models in a scene of this kind, what it leaves out and why, and what the user should know.
+    /// See [`Adapter::notes`].
     fn notes(&self, profile: &SceneProfile) -> Notes;
+    /// See [`Adapter::transport`].
+    fn transport(&self, values: &Values) -> Transport;
     /// Every pass, on the GPU and on the CPU, for comparison; the stage has a GPU.
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>>;
-    /// What settings model of the light's way: the reference that the image approaches as its sampling gets finer.
-    fn transport(&self, _values: &Values) -> Transport {
-        Transport { bounces: 1, occluded: false }
-    }
-    /// Bytes of the largest GPU buffer that these values need; beyond 128 MiB the device is asked for it.
-    fn largest_buffer(&self, profile: &SceneProfile, size: [u32; 2], values: &Values) -> u64;
+    /// The limits that a device must have for these values.
+    fn required_limits(&self, stage: &Stage<'_>, values: &Values) -> Outcome<Limits>;
     /// Allocates, compiles and uploads what frames need.
     fn prepare(
         &self,
@@ -66,6 +103,104 @@ pub(crate) trait Technique {
         seed: u32,
         backend: Backend,
     ) -> Outcome<Box<dyn Renderer>>;
+    /// The same with some passes on a backend of their own; the stage has a GPU.
+    fn prepare_mixed(
+        &self,
+        stage: &Stage<'_>,
+        values: &Values,
+        seed: u32,
+        others: Backend,
+        choices: &[(String, Backend)],
+    ) -> Outcome<Box<dyn Renderer>>;
+}
+
+/// A technique through its adapter.
+struct Adapted<A>(PhantomData<A>);
+
+impl<A: Adapter> Technique for Adapted<A> {
+    fn name(&self) -> &'static str {
+        <A::Technique as indirect_technique::Technique>::NAME
+    }
+
+    fn summary(&self) -> &'static str {
+        A::SUMMARY
+    }
+
+    fn table(&self) -> String {
+        settings::table::<A::Technique>()
+    }
+
+    fn has_key(&self, name: &str) -> bool {
+        settings::keys::<A::Technique>().any(|k| k.name == name)
+    }
+
+    fn parse(&self, pairs: &[String]) -> Outcome<Values> {
+        Values::parse::<A::Technique, _>(pairs)
+    }
+
+    fn config(&self, values: &Values, profile: &SceneProfile, seed: u32) -> Map<String, Value> {
+        // The pairs were checked when they were parsed.
+        let mut config = values.json::<A::Technique>(profile).unwrap_or_default();
+        config.entry("seed").and_modify(|v| {
+            if *v == Value::from(0) {
+                *v = seed.into();
+            }
+        });
+        config
+    }
+
+    fn sweep(&self, quick: bool) -> Vec<Vec<Vec<String>>> {
+        A::sweep(quick)
+    }
+
+    fn notes(&self, profile: &SceneProfile) -> Notes {
+        A::notes(profile)
+    }
+
+    fn transport(&self, values: &Values) -> Transport {
+        let settings = values.settings::<A::Technique>(&SceneProfile::default());
+        A::transport(&settings.map(|(options, _)| options).unwrap_or_default())
+    }
+
+    fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {
+        let mut twins = Vec::new();
+        for (prefix, pairs) in A::TWINS {
+            let values = Values::parse::<A::Technique, _>(pairs)?;
+            let found = renderer::Gpu::<A::Technique>::new(stage, &values, 1)?.twins(stage)?;
+            twins.extend(found.into_iter().map(|t| Twin { buffer: format!("{prefix}{}", t.buffer), ..t }));
+        }
+        Ok(twins)
+    }
+
+    fn required_limits(&self, stage: &Stage<'_>, values: &Values) -> Outcome<Limits> {
+        let setup = renderer::setup::<A::Technique>(stage, values, 0)?;
+        let maps = rsm::views::views(stage.scene).len();
+        Ok(Resources::<A::Technique>::required_limits(&setup, stage.size, maps))
+    }
+
+    fn prepare(
+        &self,
+        stage: &Stage<'_>,
+        values: &Values,
+        seed: u32,
+        backend: Backend,
+    ) -> Outcome<Box<dyn Renderer>> {
+        Ok(match backend {
+            Backend::Cpu => Box::new(renderer::Cpu::<A::Technique>::new(stage, values, seed)?),
+            Backend::Gpu => Box::new(renderer::Gpu::<A::Technique>::new(stage, values, seed)?),
+        })
+    }
+
+    fn prepare_mixed(
+        &self,
+        stage: &Stage<'_>,
+        values: &Values,
+        seed: u32,
+        others: Backend,
+        choices: &[(String, Backend)],
+    ) -> Outcome<Box<dyn Renderer>> {
+        Ok(Box::new(renderer::Mixed::<A::Technique>::new(stage, values, seed, others, choices)?))
+    }
 }
 
 /// What is modelled of the light's way.
@@ -113,55 +248,6 @@ pub(crate) struct Bytes {
     pub(crate) gpu: u64,
 }
 
-/// Contents of a buffer.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Data {
-    /// Numbers that agree up to rounding, so many to an element.
-    Floats(Vec<f32>, usize),
-    /// Numbers that agree exactly.
-    Ints(Vec<u32>),
-}
-
-impl Data {
-    pub(crate) fn is_empty(&self) -> bool {
-        match self {
-            Self::Floats(values, _) => values.is_empty(),
-            Self::Ints(values) => values.is_empty(),
-        }
-    }
-}
-
-/// One buffer of a pass from both backends, made from the same input.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Twin {
-    pub(crate) pass: String,
-    pub(crate) buffer: String,
-    pub(crate) cpu: Data,
-    pub(crate) gpu: Data,
-    /// Per element, whether the backends see the same triangle there; `None` where that is no question.
-    pub(crate) same_triangle: Option<Vec<bool>>,
-}
-
-impl Twin {
-    /// Adds 1 % to the largest number of the GPU (1 where all are 0), or 1 to the first whole one: what a comparison must
-    /// notice.
-    pub(crate) fn perturb(&mut self) {
-        let mask = self.same_triangle.as_deref();
-        match &mut self.gpu {
-            Data::Ints(values) => values.iter_mut().take(1).for_each(|v| *v = v.wrapping_add(1)),
-            Data::Floats(values, components) => {
-                let seen = |i: usize| mask.is_none_or(|m| m[i / *components]);
-                let largest = (0..values.len())
-                    .filter(|i| seen(*i))
-                    .max_by(|a, b| values[*a].abs().total_cmp(&values[*b].abs()));
-                if let Some(i) = largest {
-                    values[i] = if values[i] == 0.0 { 1.0 } else { 1.01 * values[i] };
-                }
-            }
-        }
-    }
-}
-
 /// What a technique models of a scene.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(crate) struct Notes {
@@ -173,9 +259,9 @@ pub(crate) struct Notes {
 /// All real-time techniques.
 pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
     vec![
-        Box::new(rsm_gather::RsmGather),
-        Box::new(radiance_hints::RadianceHints),
-        Box::new(image_space_radiosity::ImageSpaceRadiosity),
+        Box::new(Adapted::<rsm_gather::Gather>(PhantomData)),
+        Box::new(Adapted::<radiance_hints::Hints>(PhantomData)),
+        Box::new(Adapted::<image_space_radiosity::Radiosity>(PhantomData)),
     ]
 }
 
@@ -207,9 +293,9 @@ pub(crate) fn list() -> String {
     let mut out = format!("{REFERENCE}\n    {}\n", reference::SUMMARY);
     out += "    options: --bounces N|inf, --unoccluded, --spp N, --seed N, --pixel-filter center|box\n";
     for t in real_time() {
-        let backends: Vec<_> = t.backends().iter().map(|b| b.name()).collect();
+        let backends = Backend::ALL.map(Backend::name);
         out += &format!("\n{}  (backends: {})\n    {}\n", t.name(), backends.join(", "), t.summary());
-        out += &params::table(t.params());
+        out += &t.table();
     }
     out
 }
@@ -247,11 +333,4 @@ pub(crate) fn measure(
         indirect: renderer.image()?,
         passes: renderer.passes(stage)?,
     })
-}
-
-/// A configuration for JSON: the values and the seed.
-pub(crate) fn config(values: &Values, seed: u32) -> Map<String, Value> {
-    let mut config = values.json();
-    config.insert("seed".into(), seed.into());
-    config
 }

@@ -116,7 +116,12 @@ impl VplList {
     /// # Errors
     /// None in practice.
     pub fn compact(&self, pipelines: &Pipelines, pass: &mut Pass, slots: &Buffer) -> Result<(), GpuError> {
-        pass.compute(pipelines, (&RSM_COMPACT, "compact"), 1, &[&self.buffers.named(), &[named("slots", slots)]])
+        pass.compute(
+            pipelines,
+            (&RSM_COMPACT, "compact"),
+            1,
+            &[&self.buffers.named(), &[named("slots", slots)]],
+        )
     }
 
     /// Adds `gather`: the irradiance of the whole list at `receivers` receivers. `own` binds `positions`, `normals` (xyz each; a
@@ -133,7 +138,12 @@ impl VplList {
     ) -> Result<(), GpuError> {
         let threads = receivers.div_ceil(RECEIVERS);
         (0..self.chunks).try_for_each(|i| {
-            pass.compute(pipelines, (&RSM_GATHER, "gather"), threads, &[&self.buffers.named(), own, &self.chunk(i)])
+            pass.compute(
+                pipelines,
+                (&RSM_GATHER, "gather"),
+                threads,
+                &[&self.buffers.named(), own, &self.chunk(i)],
+            )
         })
     }
 

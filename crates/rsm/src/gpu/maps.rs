@@ -3,7 +3,8 @@ use indirect_core::{Light, MapView};
 use indirect_gpu::shaders::{RSM_FLUX, RSM_PYRAMID};
 use indirect_gpu::wgpu::{Buffer, BufferUsages, Device, Queue};
 use indirect_gpu::{
-    GBufferTarget, GpuError, Named, Pass, Pipelines, Plan, buffers, empty_storage_buffer, named, uniform_buffer,
+    GBufferTarget, GpuError, Named, Pass, Pipelines, Plan, buffers, empty_storage_buffer, named,
+    uniform_buffer,
 };
 use indirect_technique::gpu::Exchange;
 
@@ -167,10 +168,16 @@ impl Maps {
             pass.compute(pipelines, (&RSM_PYRAMID, "pyramid_leaf"), texels, &[&own])?;
             for (pair, level) in self.levels.iter().zip(&self.layout.levels[1..]) {
                 let levels = [named("levels", pair)];
-                pass.compute(pipelines, (&RSM_PYRAMID, "pyramid_parent"), level.len() as u64, &[&own, &levels])?;
+                pass.compute(
+                    pipelines,
+                    (&RSM_PYRAMID, "pyramid_parent"),
+                    level.len() as u64,
+                    &[&own, &levels],
+                )?;
             }
         }
         let node = size_of::<Node>() as u64;
+        pass.note("tops", true);
         for (i, m) in (0..).zip(&self.maps) {
             let last = (self.layout.len() as u64 - 1) * node;
             pass.copy((&m.buffers.nodes, last), (&self.tops, i * node), node);

@@ -70,7 +70,12 @@ impl VplSlots {
     ///
     /// # Errors
     /// [`GpuError::Limit`].
-    pub fn new(device: &Device, selection: Selection, resolution: u32, maps: usize) -> Result<Self, GpuError> {
+    pub fn new(
+        device: &Device,
+        selection: Selection,
+        resolution: u32,
+        maps: usize,
+    ) -> Result<Self, GpuError> {
         Self::plan(selection, resolution, maps).check(&device.limits())?;
         let sizes = SlotSizes::new(selection, resolution, maps);
         let (count, all) = (sizes.slots as u32, maps as u32);
@@ -81,7 +86,8 @@ impl VplSlots {
                 Selection::Grid { cells } => (map * per_map, per_map, cells.min(resolution)),
                 Selection::Importance { count } => (0, count, 0),
             };
-            let value = SelectionUniform { resolution, map, maps: all, first_slot, slots, cells, pad0: 0, pad1: 0 };
+            let value =
+                SelectionUniform { resolution, map, maps: all, first_slot, slots, cells, pad0: 0, pad1: 0 };
             uniform_buffer(device, "selection", &value)
         };
         let buffers = SlotBuffers::new(device, &sizes)?;

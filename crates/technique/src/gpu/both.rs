@@ -1,5 +1,6 @@
+use indirect_core::GBuffer;
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, Device, Queue};
-use indirect_gpu::{GpuError, PassTimer, SceneBuffers};
+use indirect_gpu::{GBufferTarget, GpuError, PassTimer, SceneBuffers};
 
 use super::exchange::{Exchange, Mode, Twin};
 use super::{GpuTechnique, Resources};
@@ -81,4 +82,19 @@ pub fn twins<T: GpuTechnique>(
     scene: &SceneBuffers,
 ) -> Result<Vec<Twin>, GpuError> {
     Ok(run_both(gpu, frame, resources, scene, |_| Backend::Cpu)?.1)
+}
+
+/// What the camera sees, beside its twin. Submits and blocks.
+///
+/// # Errors
+/// As there.
+pub fn camera_twins(
+    (device, queue): (&Device, &Queue),
+    cpu: &GBuffer,
+    gpu: &GBufferTarget,
+) -> Result<Vec<Twin>, GpuError> {
+    let mut exchange = Exchange::new(device, queue);
+    exchange.begin("camera");
+    exchange.surface(gpu, &mut cpu.clone());
+    exchange.failed.map_or(Ok(exchange.twins), Err)
 }

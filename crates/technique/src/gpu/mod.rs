@@ -10,7 +10,7 @@ use indirect_gpu::shaders::Module;
 use indirect_gpu::wgpu::{Buffer, CommandEncoder, Device, Limits, Queue};
 use indirect_gpu::{GBufferTarget, GpuError, Named, Pass, PassTimer, Pipelines, Plan, SceneBuffers};
 
-pub use both::{Backend, run_both, run_both_after, twins};
+pub use both::{Backend, camera_twins, run_both, run_both_after, twins};
 pub use exchange::{Data, Exchange, Twin};
 
 use crate::Technique;
@@ -184,7 +184,12 @@ impl<T: GpuTechnique> Resources<T> {
     /// A [`BadOption`] where the setup's options are not those that the buffers were made for, and as [`GpuTechnique::prepare`].
     pub fn prepare(&mut self, queue: &Queue, inputs: &Inputs<'_>, setup: &T::Setup) -> Result<(), T::Error> {
         if *T::options(setup) != self.options {
-            return Err(BadOption::new("options", "changed", "what the resources were made with: make new ones").into());
+            return Err(BadOption::new(
+                "options",
+                "changed",
+                "what the resources were made with: make new ones",
+            )
+            .into());
         }
         T::prepare(&mut self.buffers, queue, inputs, setup)
     }

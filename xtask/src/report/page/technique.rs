@@ -4,7 +4,7 @@ use super::super::chart::{bytes, escape, percent, time};
 use super::super::data::{Part, Run, SceneReport, TechniqueReport};
 use super::{power, put, signed, thousands};
 use crate::technique::Backend;
-use crate::validate::Deviation;
+use testkit::Deviation;
 
 pub(super) fn section(s: &mut String, scene: &SceneReport, technique: &TechniqueReport) {
     let name = &technique.technique;
