@@ -76,12 +76,12 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 2, "image", ReadWrite),
     ] },
     EntryPoint { module: "FILTER_SMOOTH", name: "smooth_pixels", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "params", Uniform),
-        at(0, 1, "view", Uniform),
+        at(0, 0, "smoothing", Uniform),
+        at(0, 1, "previous_view", Uniform),
         at(0, 2, "positions", Read),
         at(0, 3, "normals", Read),
-        at(0, 4, "current", Read),
-        at(0, 5, "previous", Read),
+        at(0, 4, "irradiance", Read),
+        at(0, 5, "history", Read),
         at(0, 6, "smoothed", ReadWrite),
     ] },
     EntryPoint { module: "IMAGE_SPACE_RADIOSITY_MIPS", name: "mips_leaf", workgroup_size: [64, 1, 1], bindings: &[
@@ -249,7 +249,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 10, "windows", ReadWrite),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_OCCLUSION", name: "occlusion_depths", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 6, "copy", Uniform),
+        at(0, 6, "current", Uniform),
         at(0, 7, "positions", Read),
         at(0, 8, "copies", ReadWrite),
     ] },
@@ -303,6 +303,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "base", Read),
         at(0, 4, "surroundings", Read),
         at(0, 5, "next", ReadWrite),
+        at(0, 7, "current", Uniform),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_BOUNCE", name: "bounce_sphere_as_printed", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),
@@ -311,6 +312,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "base", Read),
         at(0, 4, "surroundings", Read),
         at(0, 5, "next", ReadWrite),
+        at(0, 7, "current", Uniform),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_RECONSTRUCT", name: "reconstruct", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),

@@ -218,7 +218,7 @@ modules! {
     RADIANCE_HINTS_STOPS = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
         "radiance_hints/layout.wgsl", "radiance_hints/depths.wgsl",
-        "radiance_hints/border.wgsl", "radiance_hints/stops.wgsl",
+        "radiance_hints/directions.wgsl", "radiance_hints/stops.wgsl",
     ] => ["stop_directions"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
     RADIANCE_HINTS_ESTIMATE = [
@@ -228,7 +228,7 @@ modules! {
     /// Light from hint to hint; twin of `radiance_hints::cpu::bounce`.
     RADIANCE_HINTS_BOUNCE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl", "sh/sh.wgsl",
-        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/border.wgsl", "radiance_hints/bounce.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/directions.wgsl", "radiance_hints/bounce.wgsl",
     ] => ["bounce_directions", "bounce_sphere", "bounce_sphere_as_printed"];
     /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
     RADIANCE_HINTS_RECONSTRUCT = [

@@ -26,10 +26,9 @@ fn one_hint() -> Lattice {
 
 /// What one hint at the origin sees of one patch.
 fn see(patch: Sample, footprint: f32) -> Vec<Vec4> {
-    let options = Options { samples: 1, ..Options::default() };
-    let params = Params { jitter: 0.0, footprint, ..Params::default() };
-    let samples = Samples { lists: &vec![patch; 64], near: &Near::default() };
-    cpu::estimate(&one_hint(), &samples, &[], &options, &params).hints
+    let draw = Options { samples: 1, ..Options::default() }.draw(0);
+    let samples = Samples { draw, lists: &vec![patch; 64], near: &Near::default() };
+    cpu::estimate(&one_hint(), &samples, &[], Order::Three, (0.0, footprint), false).hints
 }
 
 /// Eq. 2–4 with unit vectors: `Φ cosθ/(πd²)`; the printed unnormalised product would grow with the distance.
@@ -84,7 +83,6 @@ fn check_mean(sampling: Sampling, hint: u32) {
     let options = Options { resolution: 64, samples: 24, sampling, ..Options::default() };
     let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
     let lattice = Lattice::new(&scene.bounds().unwrap(), [3; 3]).unwrap();
-    let params = |seed| Params { seed, jitter: 0.0, footprint: 0.0, ..Params::default() };
     let p = lattice.position(hint);
     let mut exact = DVec3::ZERO;
     for map in &rsm.maps {
@@ -104,12 +102,13 @@ fn check_mean(sampling: Sampling, hint: u32) {
     let seeds = 400;
     let found: Vec<DVec3> = (0..seeds)
         .map(|seed| {
-            let samples = cpu::sample(&rsm, &lattice, &options, seed);
-            let near = cpu::near(&rsm, &lattice, &options, seed);
+            let draw = options.draw(seed);
+            let samples = cpu::sample(&rsm, &lattice, &draw);
+            let near = cpu::near(&rsm, &lattice, &draw);
             let closely = near.windows.get(hint as usize).is_some_and(|w| w.first != w.end);
             assert_eq!(closely, sampling == Sampling::Nearby, "hint {hint} has a window");
-            let samples = Samples { lists: &samples, near: &near };
-            let hints = cpu::estimate(&lattice, &samples, &[], &options, &params(seed)).hints;
+            let samples = Samples { draw, lists: &samples, near: &near };
+            let hints = cpu::estimate(&lattice, &samples, &[], Order::Three, (0.0, 0.0), false).hints;
             let at = hint as usize * 7;
             Vec3::new(hints[at].x, hints[at + 1].x, hints[at + 2].x).as_dvec3() * f64::from(ROOT)
         })
@@ -151,7 +150,7 @@ fn lists_carry_the_flux_of_the_maps_shared_by_power() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let options = Options { resolution: 32, samples: 64, ..Options::default() };
     let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
-    let samples = cpu::sample(&rsm, &lattice(&scene, 4), &options, 3);
+    let samples = cpu::sample(&rsm, &lattice(&scene, 4), &options.draw(3));
     let total = luminance(rsm.reflected().as_vec3());
     for list in samples.chunks(64) {
         // Every sample carries the same luminance, so each list carries all of it.
@@ -206,12 +205,11 @@ fn a_box_within_a_room_is_no_room() {
 fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     const ALBEDO: f32 = 0.5;
     let lattice = Lattice::new(&Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 2.0, 4.0) }, [4, 3, 5]).unwrap();
-    let options = Options { bounces, bounce_samples: 256, ..Options::default() };
     let enclosure =
         enclosed.then_some(Enclosure { albedo: [Vec3::splat(ALBEDO); 6], ..Enclosure::default() });
     // A third of the diagonal: most places of a sphere lie inside of the box.
     let range = if transport == Transport::Directions { 1.0 } else { 0.33 };
-    let params = Params { transport, enclosure, range, ..Params::default() };
+    let directions = cpu::Directions { count: 256, seed: 0, range, enclosure };
     let mut uniform = [Vec3::ZERO; 9];
     uniform[0] = Vec3::splat(ROOT);
     let first: Vec<Vec4> = (0..lattice.hints()).flat_map(|_| cpu::pack(&uniform)).collect();
@@ -220,7 +218,8 @@ fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     let mut totals = vec![1.0];
     let mut last = first.clone();
     for number in 2..=bounces {
-        last = cpu::bounce(&lattice, &first, &last, &surroundings, &[], number, &options, &params);
+        let field = cpu::Field { lattice: &lattice, order: Order::Three, hints: &last };
+        last = cpu::bounce(&field, &first, &surroundings, &[], &directions, transport, number);
         let mean = last.iter().step_by(7).map(|v| v.x).sum::<f32>() / lattice.hints() as f32 / ROOT;
         totals.push(mean);
     }
@@ -281,21 +280,24 @@ fn bounces_of_a_sphere_add_up() {
     let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
     for enclosure in [Some(cpu::enclosure(&accel, &bounds, &rsm)), None] {
         println!("{enclosure:?}");
-        let params = Params { enclosure, ..Params::default() };
-        let (lists, near) =
-            (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
-        let samples = Samples { lists: &lists, near: &near };
-        let estimate = cpu::estimate(&lattice, &samples, &[], &options, &params);
+        let draw = options.draw(0);
+        let (lists, near) = (cpu::sample(&rsm, &lattice, &draw), cpu::near(&rsm, &lattice, &draw));
+        let samples = Samples { draw, lists: &lists, near: &near };
+        let shape = (0.0, Params::default().footprint);
+        let estimate = cpu::estimate(&lattice, &samples, &[], options.order, shape, true);
+        let directions = cpu::Directions { count: options.bounce_samples, seed: 0, range: 1.0, enclosure };
         let mut last = estimate.hints.clone();
         let mut exact = 0.0;
         for number in 1..=4 {
             exact += 0.628 * 0.5_f32.powi(number as i32);
             if number > 1 {
                 let (first, around) = (&estimate.hints, &estimate.surroundings);
-                last = cpu::bounce(&lattice, first, &last, around, &[], number, &options, &params);
+                let field = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
+                last = cpu::bounce(&field, first, around, &[], &directions, Transport::Directions, number);
             }
             let field = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
-            let e = cpu::reconstruct(&field, &camera, &Reduced::new(camera.size, 1), params.reconstruction);
+            let e =
+                cpu::reconstruct(&field, &camera, &Reduced::new(camera.size, 1), Reconstruction::NearSurface);
             let mean = e.iter().sum::<Vec3>().x / e.len() as f32;
             println!("{number} bounces: {mean} exact {exact}, off by {:+.3}", mean / exact - 1.0);
             // The first bounce is the method's own: a curved wall within one cell's reads, 3 % too bright as measured, and not

@@ -203,16 +203,19 @@ fn light_does_not_leak_through_a_lit_wall() {
         let options = Options { resolution: 256, visibility, bounces, ..Options::default() };
         let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
         let enclosure = (bounces > 1).then(|| cpu::enclosure(&accel, &scene.bounds().unwrap(), &rsm));
-        let params = Params { reconstruction, jitter, enclosure, ..Params::default() };
-        let (lists, near) =
-            (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
-        let samples = Samples { lists: &lists, near: &near };
-        let blocked =
-            cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
-        let first = cpu::estimate(&lattice, &samples, &blocked, &options, &params);
-        let stops = if stopped { cpu::stops(&rsm, &lattice, &options, &params) } else { Vec::new() };
+        let draw = options.draw(0);
+        let (lists, near) = (cpu::sample(&rsm, &lattice, &draw), cpu::near(&rsm, &lattice, &draw));
+        let samples = Samples { draw, lists: &lists, near: &near };
+        let seen = (&camera_view(1.0), &camera);
+        let blocked = cpu::occlusion(&rsm, seen, &lattice, &samples, visibility, jitter);
+        let shape = (jitter, Params::default().footprint);
+        let first = cpu::estimate(&lattice, &samples, &blocked, options.order, shape, bounces > 1);
+        let directions = cpu::Directions { count: options.bounce_samples, seed: 0, range: 1.0, enclosure };
+        let stops = if stopped { cpu::stops(&rsm, &lattice, &directions) } else { Vec::new() };
         let hints = (2..=bounces).fold(first.hints.clone(), |last, number| {
-            cpu::bounce(&lattice, &first.hints, &last, &first.surroundings, &stops, number, &options, &params)
+            let last = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
+            let transport = Transport::Directions;
+            cpu::bounce(&last, &first.hints, &first.surroundings, &stops, &directions, transport, number)
         });
         let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
         // Floor, ceiling, end wall and the wall's own two sides.

@@ -31,10 +31,25 @@ pub fn run_both<T: GpuTechnique>(
     scene: &SceneBuffers,
     keep: impl Fn(&str) -> Backend,
 ) -> Result<(T::Output, Vec<Twin>), GpuError> {
-    let rows = T::rows();
-    let mut output = T::Output::default();
+    run_both_after((device, queue), frame, resources, scene, keep, T::Output::default())
+}
+
+/// [`run_both`] for a frame that follows another, whose output is `past`.
+///
+/// # Errors
+/// As there.
+pub fn run_both_after<T: GpuTechnique>(
+    (device, queue): (&Device, &Queue),
+    frame: &Frame<'_, T::Setup>,
+    resources: &Resources<T>,
+    scene: &SceneBuffers,
+    keep: impl Fn(&str) -> Backend,
+    past: T::Output,
+) -> Result<(T::Output, Vec<Twin>), GpuError> {
+    let (rows, mut output) = (T::rows(), past);
     let mut exchange = Exchange::new(device, queue);
     resources.camera.write(queue, frame.camera);
+    T::restore(&resources.buffers, queue, &output);
     for (row, number, pass) in &resources.passes {
         let row = &rows[*row];
         row.run_cpu(frame, &mut output, *number);

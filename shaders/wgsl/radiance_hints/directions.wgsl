@@ -1,12 +1,12 @@
-// border: where the directions of later bounces end.
-// Twin: direction, border and exit in crates/radiance-hints/src/cpu/bounce.rs, half_cell in stops.rs.
+// directions: along which directions hints gather later bounces, and where each ends.
+// Twin: crates/radiance-hints/src/cpu/directions.rs.
 
 /// Nothing is in the way.
 const OPEN: u32 = 255u;
 
 /// Direction j, the same for all bounces and all hints.
 fn direction(j: u32) -> vec3<f32> {
-    return sphere_uniform(sobol_2d(j, settings.direction_seed));
+    return sphere_uniform(sobol_2d(j, hash_combine(settings.seed, 0u)));
 }
 
 /// How far a hint in this room looks along w, and the face of the box that lies there.
