@@ -185,6 +185,12 @@ impl Kernel {
         });
     }
 
+    /// The pipeline.
+    #[must_use]
+    pub const fn pipeline(&self) -> &ComputePipeline {
+        &self.pipeline
+    }
+
     /// Sets pipeline and bind groups 0, 1, … of a compute pass that the caller began.
     pub fn set<'a>(&self, pass: &mut wgpu::ComputePass<'_>, groups: impl Iterator<Item = &'a BindGroup>) {
         pass.set_pipeline(&self.pipeline);

@@ -122,7 +122,9 @@ impl Pass {
 
     /// Adds the drawing of a G-buffer; nothing to do where [`Self::encode`] is given no scene.
     pub fn surface(&mut self, pipelines: &Pipelines, target: &GBufferTarget) {
-        ["positions", "normals", "albedos", "triangles"].map(|name| self.note(name, true));
+        for name in ["positions", "normals", "albedos", "triangles"] {
+            self.note(name, true);
+        }
         self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
     }
 
@@ -154,9 +156,14 @@ impl Pass {
             rest = others;
             match first {
                 Step::Compute { .. } => timer.compute(encoder, self.name, |pass| {
+                    let mut last = None;
                     for step in run {
                         let Step::Compute { kernel, group, workgroups } = step else { continue };
-                        kernel.set(pass, core::iter::once(group));
+                        // Encoding is paid by the command: a pipeline is set where it changes.
+                        if last.replace(kernel.pipeline()) != Some(kernel.pipeline()) {
+                            pass.set_pipeline(kernel.pipeline());
+                        }
+                        pass.set_bind_group(0, group, &[]);
                         match workgroups {
                             Workgroups::Count([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
                             Workgroups::Indirect(buffer, offset) => {

@@ -101,4 +101,3 @@ impl<A: Adapter> Technique for Adapted<A> {
         Ok(Box::new(renderer::Mixed::<A::Technique>::new(stage, values, seed, others, choices)?))
     }
 }
-

@@ -152,4 +152,3 @@ pub(crate) struct Notes {
     pub(crate) skipped: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
-
