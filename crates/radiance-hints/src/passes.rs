@@ -16,13 +16,13 @@ use crate::cpu::{
     bounce::bounce, directions::Directions, estimate::estimate, field::Field, look::Samples, near::near,
     occlusion::occlusion, reconstruct::reconstruct, sample::sample, stops::stops, upsample::upsample,
 };
+#[cfg(feature = "gpu")]
+use crate::settings::{Sampling, Transport};
 use crate::{
     layout::{Near, Sample, Surroundings},
     settings::{Options, Params, Scale, Visibility},
     setup::Setup,
 };
-#[cfg(feature = "gpu")]
-use crate::settings::{Sampling, Transport};
 
 /// The technique.
 #[derive(Debug, Clone, Copy)]
