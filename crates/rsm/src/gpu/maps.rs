@@ -197,10 +197,9 @@ impl Maps {
             }
         }
         let node = size_of::<Node>() as u64;
-        pass.note("tops", true);
         for (i, m) in (0..).zip(&self.maps) {
             let last = (self.layout.len() as u64 - 1) * node;
-            pass.copy((&m.buffers.nodes, last), (&self.tops, i * node), node);
+            pass.copy("tops", (&m.buffers.nodes, last), (&self.tops, i * node), node);
         }
         Ok(())
     }
