@@ -5,6 +5,7 @@ mod bench_peers;
 mod ci;
 mod cli;
 mod console;
+mod diagrams;
 mod doctor;
 mod failure;
 mod fixtures;
@@ -75,6 +76,7 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
         Some(Command::BenchPeers(args)) => bench_peers::run(args),
         Some(Command::CheckLayers) => layers::run(),
+        Some(Command::Diagrams(args)) => diagrams::run(args.check),
         Some(Command::Loc) => loc::run(),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),

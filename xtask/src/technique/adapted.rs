@@ -71,6 +71,10 @@ impl<A: Adapter> Technique for Adapted<A> {
         Ok(twins)
     }
 
+    fn diagram(&self, stage: &Stage<'_>) -> Outcome<String> {
+        Ok(renderer::Gpu::<A::Technique>::new(stage, &Values::default(), 0)?.diagram())
+    }
+
     fn required_limits(&self, stage: &Stage<'_>, values: &Values) -> Outcome<Limits> {
         let setup = renderer::setup::<A::Technique>(stage, values, 0)?;
         let maps = rsm::views::views(stage.scene).len();

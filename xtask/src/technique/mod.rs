@@ -1,8 +1,11 @@
 //! The one way in which the harness sees techniques.
 
 mod adapted;
+mod diagram;
 mod frames;
 mod image_space_radiosity;
+#[cfg(test)]
+mod limits;
 mod model;
 mod notes;
 mod radiance_hints;

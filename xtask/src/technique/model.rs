@@ -79,6 +79,8 @@ pub(crate) trait Technique {
     fn transport(&self, values: &Values) -> Transport;
     /// Every pass, on the GPU and on the CPU, for comparison; the stage has a GPU.
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>>;
+    /// Passes and buffers of the defaults as a mermaid graph; the stage has a GPU.
+    fn diagram(&self, stage: &Stage<'_>) -> Outcome<String>;
     /// The limits that a device must have for these values.
     fn required_limits(&self, stage: &Stage<'_>, values: &Values) -> Outcome<Limits>;
     /// Allocates, compiles and uploads what frames need.

@@ -11,6 +11,7 @@ use indirect_technique::gpu::{
     Backend as Place, GpuTechnique, Inputs, Resources, Twin, camera_twins, run_both,
 };
 
+use super::diagram;
 use super::model::{Backend, Bytes, Pass, Renderer};
 use super::settings::Values;
 use crate::failure::{Failure, Outcome};
@@ -133,6 +134,11 @@ impl<T: Fit + GpuTechnique> Gpu<T> {
             run_both((device, queue), &frame, &self.resources, scene, keep).map_err(failed)?;
         twins.extend(found);
         Ok((output, twins))
+    }
+
+    /// The passes of these settings and the buffers between them, as a mermaid graph.
+    pub(super) fn diagram(&self) -> String {
+        diagram::of(self.resources.passes(), &self.camera)
     }
 
     /// All buffers beside their twins.
