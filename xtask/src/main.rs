@@ -12,6 +12,8 @@ mod fixtures;
 mod gpu;
 mod layers;
 mod loc;
+mod measure;
+mod page;
 mod paths;
 mod progress;
 mod render;

@@ -1,20 +1,22 @@
 //! The page: one HTML file with everything inside.
 
+mod chart;
 mod curve;
 mod pictures;
 mod scene;
 mod technique;
 mod text;
 
-use super::chart::{Axis, Chart, Marker, Point, Series, digits, escape, percent, time};
-use super::data::{Consistency, Report};
 use crate::failure::Outcome;
+use crate::measure::{Consistency, Report};
 use crate::technique::Backend;
+pub(crate) use chart::bytes;
+use chart::{Axis, Chart, Marker, Point, Series, digits, escape, percent, time};
 use curve::swatch;
 use scene::scene_section;
 use text::{baseline_time, error_cells, put, thousands};
 
-const STYLE: &str = include_str!("../style.css");
+const STYLE: &str = include_str!("style.css");
 
 /// The whole page.
 pub(crate) fn html(report: &Report) -> Outcome<String> {

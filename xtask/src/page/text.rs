@@ -2,8 +2,8 @@
 
 use indirect_metrics::Comparison;
 
-use super::super::chart::{digits, percent, time};
-use super::super::data::{Run, SceneReport};
+use super::chart::{digits, percent, time};
+use crate::measure::{Run, SceneReport};
 use crate::technique::REFERENCE;
 
 /// Writing to a `String` cannot fail.
