@@ -138,6 +138,9 @@ fn steps() -> Outcome<Vec<Step>> {
     steps.push(Step::new("fixtures", "run `cargo xtask fixtures` and commit what changed", || {
         own(fixtures::check())
     }));
+    steps.push(Step::new("diagrams", "run `cargo xtask diagrams` and commit what changed", || {
+        without_adapter(diagrams::run(true))
+    }));
     steps.push(Step::new("validate", "GPU and CPU disagree: see the passes above", || {
         without_adapter(validate::fixtures())
     }));

@@ -10,6 +10,8 @@ mod sweep;
 mod truth;
 
 pub(crate) use consistency::measure as consistency;
-pub(crate) use data::{Consistency, Machine, Part, Report, Run, SceneReport, TechniqueReport};
+pub(crate) use data::{
+    Consistency, ConsistencyPoint, Machine, Part, Report, Run, SceneReport, TechniqueReport,
+};
 pub(crate) use effort::Effort;
 pub(crate) use scene::scene;

@@ -8,7 +8,7 @@ mod technique;
 mod text;
 
 use crate::failure::Outcome;
-use crate::measure::{Consistency, Report};
+use crate::measure::{Consistency, ConsistencyPoint, Report};
 use crate::technique::Backend;
 pub(crate) use chart::bytes;
 use chart::{Axis, Chart, Marker, Point, Series, digits, escape, percent, time};
@@ -103,7 +103,7 @@ fn overview(s: &mut String, report: &Report) {
 }
 
 fn consistency_section(s: &mut String, c: &Consistency) {
-    let curve = |colour, marker, dashed, y: fn(&super::data::ConsistencyPoint) -> f64| Series {
+    let curve = |colour, marker, dashed, y: fn(&ConsistencyPoint) -> f64| Series {
         colour,
         marker,
         dashed,

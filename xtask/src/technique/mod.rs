@@ -15,7 +15,7 @@ mod renderer;
 mod rsm_gather;
 mod settings;
 
-pub(crate) use frames::{Measured, measure};
+pub(crate) use frames::measure;
 pub(crate) use model::{Backend, Bytes, Notes, Pass, Renderer, Technique, Transport};
 pub(crate) use reference::{Reference, ReferenceOptions, direct_light, notes as reference_notes};
 pub(crate) use registry::{REFERENCE, find, find_all, list, real_time};

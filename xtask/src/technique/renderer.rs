@@ -6,7 +6,8 @@ use indirect_accel::cast;
 use indirect_core::{Image, PassTime};
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
 use indirect_gpu::{Context, GBufferTarget, PassTimer, Vec3Pad};
-use indirect_technique::cpu::{Fit, Frame, run};
+use indirect_technique::Frame;
+use indirect_technique::cpu::{Fit, run};
 use indirect_technique::gpu::{
     Backend as Place, GpuTechnique, Inputs, Resources, Twin, camera_twins, run_both,
 };
