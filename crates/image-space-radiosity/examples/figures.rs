@@ -9,7 +9,6 @@
 
 use std::error::Error;
 
-use glam::Vec3;
 use image_space_radiosity::{Bound, Lights, Method, Options, Params, Thresholds, cpu};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{GBuffer, View};
@@ -171,8 +170,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         for tau in [0.1, 0.03, 0.01] {
             let lights = Lights::Hierarchical { coarsest: 1, finest: resolution };
             let (o, _) = stage.run(&Options { resolution, ..blocks(lights) }, &Params { tau, ..eye })?;
-            let texels = o.patches.iter().take((resolution * resolution) as usize);
-            let texels = texels.filter(|p| p.flux != Vec3::ZERO).count();
+            let texels = o.rsm.maps.iter().flat_map(|m| &m.texels);
+            let texels = texels.filter(|t| t.reflected.element_sum() > 0.0).count();
             let (used, ms) = (cut(&o), pass(&o, "traverse"));
             let each = ms * 1e6 / (used * o.fragments.nodes.len() as f64);
             println!("{resolution:>10} {tau:>8} {texels:>8} {used:>8.0} {ms:>10.1} {each:>14.2}");

@@ -83,11 +83,17 @@ pub fn level_of_cells(layout: &PyramidLayout, cells: u32) -> usize {
     layout.levels.iter().position(|l| fits(l.size)).unwrap_or(layout.levels.len() - 1)
 }
 
+/// Level of a node of a pyramid, from its index.
+#[inline]
+pub(crate) fn level_of(layout: &PyramidLayout, node: u32) -> usize {
+    // From the finest, which has three quarters of all nodes.
+    layout.levels.iter().skip(1).take_while(|l| l.offset <= node).count()
+}
+
 /// Level, column and row of a node of a pyramid, from its index.
 #[must_use]
 pub fn place(layout: &PyramidLayout, node: u32) -> (usize, u32, u32) {
-    // From the finest, which has three quarters of all nodes.
-    let level = layout.levels.iter().skip(1).take_while(|l| l.offset <= node).count();
+    let level = level_of(layout, node);
     let l = layout.levels[level];
     let i = node - l.offset;
     (level, i % l.size[0], i / l.size[0])
@@ -98,6 +104,14 @@ mod tests {
     use super::*;
 
     const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 3], [16, 16], [1, 9], [65, 33], [2, 1]];
+
+    #[test]
+    fn the_blocks_of_a_4k_image_fit_the_default_storage_binding() {
+        let layout = PyramidLayout::new([3840, 2160]);
+        let blocks = layout.len() - layout.levels[0].len();
+        assert_eq!(blocks, 2_764_902);
+        assert!(blocks * size_of::<crate::Block>() <= 128 << 20);
+    }
 
     #[test]
     fn every_node_is_listed_once_after_its_parent() {

@@ -160,6 +160,30 @@ fn any_size_agrees() {
     }
 }
 
+/// Two maps of 1024² have more branches than one storage binding of any device holds.
+#[test]
+fn a_tree_in_parts_agrees() {
+    let Some(context) = testkit::gpu() else { return };
+    let mut scene = corner(lights()[0], 1.0);
+    scene.lights.push(light(lights()[2], Vec3::new(0.5, 1.0, 4.0)));
+    let options = Options { resolution: 1024, ..options(HIERARCHICAL, Method::Gather) };
+    assert_twins(&frame(context, &scene, [33, 21], &options, &Params::default()));
+}
+
+/// The test device has WebGPU's default limits: 128 MiB in a storage binding.
+#[test]
+fn default_limits_suffice_for_4k_and_for_twelve_maps() {
+    let Some(context) = testkit::gpu() else { return };
+    let device = &context.device;
+    assert_eq!(device.limits().max_storage_buffer_binding_size, 128 << 20);
+    for (size, resolution, maps) in [([3840, 2160], 256, 6), ([1920, 1200], 256, 24), ([64, 64], 512, 12)] {
+        let target = GBufferTarget::new(device, size, 1).unwrap();
+        let options = Options { resolution, ..Options::default() };
+        let technique = ImageSpaceRadiosity::new(device, &options).unwrap();
+        assert!(Resources::new(device, &technique, maps, &target).is_ok(), "{size:?} {resolution} {maps}");
+    }
+}
+
 #[test]
 fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };

@@ -50,11 +50,21 @@ struct LevelPair {
     coarse_offset: u32,
     coarse_width: u32,
     coarse_height: u32,
-    pad0: u32,
+    /// First node of level 1: those of level 0 are not stored.
+    first: u32,
     image_width: u32,
     image_height: u32,
+    pad0: u32,
     pad1: u32,
-    pad2: u32,
+}
+
+/// One map among all.
+struct MapIndex {
+    map: u32,
+    /// First branch of the part of the tree that holds this map's.
+    first_branch: u32,
+    pad0: u32,
+    pad1: u32,
 }
 
 /// What becomes of a block.

@@ -26,7 +26,7 @@ fn refine(
     // Pixels need none: `needs` begins with the blocks of level 1, where there are any.
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if table.coarsest > 0u && i + table.levels[1].x < table.nodes {
-        needs[i] = u32(needs_subdivision(i + table.levels[1].x));
+        needs[i] = u32(needs_subdivision(i));
     }
 }
 
@@ -42,6 +42,7 @@ fn stencil(
     }
 }
 
+/// Of a stored block, like all that follow: node i + table.levels[1].x.
 fn needs_subdivision(i: u32) -> bool {
     if blocks[i].pixels == 0u {
         return false;
@@ -67,7 +68,7 @@ fn rises_beside(i: u32) -> bool {
     if params.margin == 0.0 {
         return false;
     }
-    let at = place(i);
+    let at = place(i + table.levels[1].x);
     let position = blocks[i].position;
     let normal = blocks[i].normal;
     let near = params.margin * blocks[i].radius;
@@ -76,7 +77,7 @@ fn rises_beside(i: u32) -> bool {
     let y_end = min(at.z + 2u, ring.z);
     for (var cy = max(at.z, 1u) - 1u; cy < y_end; cy++) {
         for (var cx = max(at.y, 1u) - 1u; cx < x_end; cx++) {
-            let k = ring.x + cy * ring.y + cx;
+            let k = ring.x - table.levels[1].x + cy * ring.y + cx;
             let offset = blocks[k].normal - normal;
             if versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) < params.versine || blocks[k].pixels == 0u {
                 continue;
@@ -90,22 +91,23 @@ fn rises_beside(i: u32) -> bool {
     return false;
 }
 
-/// The first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is covered
-/// the next coarser one mostly says so.
+/// Of a node: the first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is
+/// covered the next coarser one mostly says so.
 fn state(i: u32) -> u32 {
-    if blocks[i].pixels == 0u {
+    let first = table.levels[0].y * table.levels[0].z;
+    if block(i, first).pixels == 0u {
         return EMPTY;
     }
     let at = place(i);
     for (var above = at.x + 1u; above <= table.coarsest; above++) {
         let l = table.levels[above];
         let shift = above - at.x;
-        if needs[l.x - table.levels[1].x + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
+        if needs[l.x - first + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
             return COVERED;
         }
     }
     if at.x == 0u {
         return VALID;
     }
-    return select(SPLIT, VALID, needs[i - table.levels[1].x] == 0u);
+    return select(SPLIT, VALID, needs[i - first] == 0u);
 }

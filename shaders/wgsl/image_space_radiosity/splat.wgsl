@@ -12,11 +12,11 @@ struct Splat {
 }
 
 @group(0) @binding(0) var<uniform> params: Splat;
-@group(0) @binding(1) var<storage, read> lights: array<Vpl>;
+@group(0) @binding(1) var<storage, read> vpls: array<Vpl>;
 @group(0) @binding(2) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
 /// The reference irradiance.
-@group(0) @binding(4) var<storage, read> irradiance: array<f32>;
+@group(0) @binding(4) var<storage, read> reference: array<f32>;
 @group(0) @binding(5) var<uniform> view: View;
 @group(0) @binding(6) var target_texture: texture_2d<f32>;
 @group(0) @binding(7) var<storage, read_write> sums: array<vec4<f32>>;
@@ -47,7 +47,7 @@ fn splat(v: SplatVertex) -> @location(0) vec4<f32> {
 /// Two triangles per light that cover its footprint.
 @vertex
 fn splat_bounded_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) light: u32) -> SplatVertex {
-    let rectangle = footprint(lights[light].position, sqrt(reach2(light)));
+    let rectangle = footprint(vpls[light].position, sqrt(reach2(light)));
     var corners = array(vec2(0u, 0u), vec2(1u, 0u), vec2(0u, 1u), vec2(0u, 1u), vec2(1u, 0u), vec2(1u, 1u));
     let pixel = vec2<f32>(select(rectangle.xy, rectangle.zw, corners[corner] == vec2(1u)));
     let ndc = pixel / vec2<f32>(params.size) * 2.0 - 1.0;
@@ -58,7 +58,7 @@ fn splat_bounded_vertex(@builtin(vertex_index) corner: u32, @builtin(instance_in
 fn splat_bounded(vertex: SplatVertex) -> @location(0) vec4<f32> {
     let at = vec2<u32>(vertex.clip.xy);
     let i = at.y * params.size.x + at.x;
-    let v = lights[vertex.light].position - positions[i].xyz;
+    let v = vpls[vertex.light].position - positions[i].xyz;
     if dot(v, v) < reach2(vertex.light) {
         return vec4(light_at(vertex.light, positions[i].xyz, normals[i].xyz), 0.0);
     }
@@ -79,9 +79,9 @@ fn splat_resolve(
 
 /// Squared distance at which a light falls below the cut-off: Φ/(πd² + A) of its mean channel.
 fn reach2(i: u32) -> f32 {
-    let flux = weight(lights[i].flux) / 3.0;
-    let cutoff = max(params.cutoff * irradiance[0], 1.1754944e-38);
-    return max((flux / cutoff - lights[i].area) / PI, 0.0);
+    let flux = weight(vpls[i].flux) / 3.0;
+    let cutoff = max(params.cutoff * reference[0], 1.1754944e-38);
+    return max((flux / cutoff - vpls[i].area) / PI, 0.0);
 }
 
 /// First and one past the last pixel of a rectangle that contains the image of a sphere.
@@ -113,10 +113,10 @@ fn footprint(centre: vec3<f32>, radius: f32) -> vec4<u32> {
 
 /// Irradiance from one light, W/m².
 fn light_at(i: u32, position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    let v = lights[i].position - position;
+    let v = vpls[i].position - position;
     let d2 = dot(v, v);
     let ci = dot(normal, v);
-    let cj = -dot(lights[i].normal, v);
-    let denominator = d2 * (PI * d2 + lights[i].area * params.area_scale);
-    return lights[i].flux * (max(ci, 0.0) * max(cj, 0.0) / max(denominator, LEAST_DENOMINATOR));
+    let cj = -dot(vpls[i].normal, v);
+    let denominator = d2 * (PI * d2 + vpls[i].area * params.area_scale);
+    return vpls[i].flux * (max(ci, 0.0) * max(cj, 0.0) / max(denominator, LEAST_DENOMINATOR));
 }

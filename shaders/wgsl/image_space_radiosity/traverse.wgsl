@@ -1,13 +1,14 @@
-// traverse: each tile of neighbouring fragments gathers its own cut through the tree of lights; four fragments per thread.
+// traverse: each tile of neighbouring fragments gathers its own cut through the tree of lights; four fragments per thread, one
+// dispatch per part of the tree.
 // Twin: crates/image-space-radiosity/src/cpu/traverse.rs. Source: Nichols, Shopf & Wyman 2009, §3.5.1.
 
 struct Traverse {
-    /// Branches of all maps.
-    branches: u32,
+    /// This part of the tree: its first branch and the one past its end.
+    first: u32,
+    end: u32,
     /// What a light's area is multiplied by: 1 for the disc form, 0 for the point form.
     area_scale: f32,
     pad0: u32,
-    pad1: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Traverse;
@@ -58,8 +59,19 @@ fn traverse(
     var e2 = vec3(0.0);
     var e3 = vec3(0.0);
     var lights = 0u;
+    // The first part starts the sums, the others add to them.
+    if params.first > 0u {
+        e0 = gathered[begin].xyz;
+        e1 = gathered[i1].xyz;
+        e2 = gathered[i2].xyz;
+        e3 = gathered[i3].xyz;
+        if begin % TILE == 0u {
+            lights = cuts[tile];
+        }
+    }
     var i = 0u;
-    while i < params.branches {
+    let end = params.end - params.first;
+    while i < end {
         let position = branches[i].position;
         let reach = branches[i].reach;
         let v0 = position - p0;
@@ -70,7 +82,7 @@ fn traverse(
         let other2 = min(min(distance2(position, q0), distance2(position, q1)),
             min(distance2(position, q2), distance2(position, q3)));
         if reach > 0.0 && min(own2, other2) < reach * reach {
-            i = branches[i].child;
+            i = branches[i].child - params.first;
             continue;
         }
         let flux = branches[i].flux;
@@ -83,7 +95,7 @@ fn traverse(
             e3 += flux * form_factor_per_area(v3, n3, normal, area);
             lights += 1u;
         }
-        i = branches[i].next;
+        i = branches[i].next - params.first;
     }
     gathered[begin] = vec4(e0, 0.0);
     if begin + 1u < n { gathered[begin + 1u] = vec4(e1, 0.0); }

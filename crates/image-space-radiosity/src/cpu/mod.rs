@@ -1,5 +1,6 @@
 //! The passes in plain Rust: what the GPU is held against, and the fallback where there is none.
 
+mod blocks;
 mod clusters;
 mod compact;
 mod mips;
@@ -19,17 +20,18 @@ use indirect_core::{GBuffer, Image, View};
 use rsm::cpu::Receivers;
 use rsm::{PyramidLayout, Rsm, Vpl};
 
+pub use blocks::Blocks;
 pub use clusters::clusters;
 pub use compact::{Fragments, compact};
 pub use mips::mips;
-pub use patches::patches;
-pub use refine::{refine, stencil};
+pub use patches::{Patches, patches};
+pub use refine::{Subdivision, refine, stencil};
 pub use rsm::cpu::PassTime;
-pub use sources::{Sources, reference_irradiance};
+pub use sources::{reference_irradiance, sources, sources_at};
 pub use splat::{splat, splat_bounded};
 pub use traverse::{Tile, cut, traverse};
 pub use tree::{ALWAYS, tree};
-pub use upsample::{pull, push, upsample};
+pub use upsample::{Irradiance, pull, push};
 
 use crate::{
     Error,
@@ -45,17 +47,19 @@ pub struct Output {
     pub image: Image,
     /// The maps.
     pub rsm: Rsm,
-    /// Patches of all maps, see [`patches`].
-    pub patches: Vec<Patch>,
+    /// Patches of each map, see [`patches`].
+    pub patches: Vec<Vec<Patch>>,
+    /// The coarsest of them, see [`sources`].
+    pub sources: Vec<Patch>,
     /// See [`reference_irradiance`].
     pub reference: f32,
-    /// The traversal's tree.
+    /// The traversal's tree: the branches of all maps, one map after the other.
     pub tree: Vec<Branch>,
     /// One light or none per slot, for lights that are a list.
     pub light_slots: Vec<Vpl>,
     /// The lights with flux.
     pub lights: Vec<Vpl>,
-    /// Blocks of pixels.
+    /// Blocks of pixels, see [`mips`].
     pub blocks: Vec<Block>,
     /// Which blocks need subdivision.
     pub needs: Vec<u32>,
@@ -67,10 +71,8 @@ pub struct Output {
     pub gathered: Vec<Vec3>,
     /// Lights in the cut of each tile of fragments.
     pub cuts: Vec<u32>,
-    /// Irradiance after the pull, and after the push; the first nodes are the pixels.
-    pub pulled: Vec<Vec3>,
-    /// See `pulled`.
-    pub irradiance: Vec<Vec3>,
+    /// Irradiance of pixels and blocks.
+    pub irradiance: Irradiance,
     /// Time per pass, in order.
     pub passes: Vec<PassTime>,
 }
@@ -81,10 +83,11 @@ impl Output {
     pub fn bytes(&self) -> usize {
         let fragments =
             self.fragments.points.len() * (2 * size_of::<Vec3>() + 4) + self.fragments.slots.len() * 4;
-        let vectors =
-            self.gathered.len() + self.pulled.len() + self.irradiance.len() + self.image.pixels.len();
+        let Irradiance { pixels, coarse } = &self.irradiance;
+        let vectors = self.gathered.len() + pixels.len() + coarse.len() + self.image.pixels.len();
         self.rsm.bytes()
-            + size_of_val(&self.patches[..])
+            + self.patches.iter().map(|p| size_of_val(&p[..])).sum::<usize>()
+            + size_of_val(&self.sources[..])
             + size_of_val(&self.tree[..])
             + size_of_val(&self.light_slots[..])
             + size_of_val(&self.lights[..])
@@ -161,6 +164,7 @@ fn indirect_of_maps(
         image: Image::new(camera.size),
         rsm,
         patches: Vec::new(),
+        sources: Vec::new(),
         reference: 0.0,
         tree: Vec::new(),
         light_slots: Vec::new(),
@@ -171,8 +175,7 @@ fn indirect_of_maps(
         fragments: Fragments::default(),
         gathered: Vec::new(),
         cuts: Vec::new(),
-        pulled: Vec::new(),
-        irradiance: Vec::new(),
+        irradiance: Irradiance::default(),
         passes: Vec::new(),
     };
     if camera.is_empty() {
@@ -180,13 +183,16 @@ fn indirect_of_maps(
         return out;
     }
     if options.has_patches() {
-        out.patches = clock.time("patches", || patches(&out.rsm, &light_layout));
+        out.patches =
+            clock.time("patches", || out.rsm.maps.iter().map(|map| patches(map, &light_layout)).collect());
     }
-    let sources = Sources::new(&out.patches, &light_layout);
+    let maps: Vec<_> = out.rsm.maps.iter().zip(&out.patches).map(|(m, p)| Patches::new(m, p)).collect();
+    out.sources = sources(&maps, &light_layout);
     let layout = &PyramidLayout::new(camera.size);
     let coarsest = (options.coarsest_block as usize).min(layout.levels.len() - 1);
     out.blocks = clock.time("mips", || mips(camera, layout));
-    out.reference = clock.time("sources", || reference_irradiance(&sources, &out.blocks, layout));
+    let blocks = Blocks::new(camera, &out.blocks);
+    out.reference = clock.time("sources", || reference_irradiance(&out.sources, &blocks, layout));
     let range = |coarsest, finest| {
         let level = |cells| level_of_cells(&light_layout, cells);
         [level(coarsest), level(finest)]
@@ -199,14 +205,14 @@ fn indirect_of_maps(
         Lights::Basic { coarsest, finest } => {
             let range = range(coarsest, finest);
             out.light_slots =
-                clock.time("clusters", || clusters(&out.patches, &light_layout, range, &params.patches));
+                clock.time("clusters", || clusters(&maps, &light_layout, range, &params.patches));
         }
         Lights::Hierarchical { coarsest, finest } => {
             let range = range(coarsest, finest);
             let threshold = params.tau * out.reference;
             out.tree = clock.time("tree", || {
                 let links = Links::new([options.resolution; 2], range[1]);
-                tree(&out.patches, &links, range, params.bound, threshold)
+                tree(&maps, &links, range, params.bound, threshold)
             });
         }
     }
@@ -215,15 +221,17 @@ fn indirect_of_maps(
     if options.method == Method::BoundedSplat {
         // Without light the reference is 0 and there is nothing to cut off.
         let cutoff = (params.cutoff * out.reference).max(f32::MIN_POSITIVE);
-        out.irradiance =
+        out.irradiance.pixels =
             clock.time("splat", || splat_bounded(&out.lights, camera, view, cutoff, params.form));
     } else {
         (out.needs, out.states) = clock.time("refine", || {
-            let needs = refine(&out.blocks, layout, coarsest, params, &sources, out.reference);
-            let states = stencil(&out.blocks, &needs, layout, coarsest);
+            let bend = params.bend * out.reference;
+            let subdivision = Subdivision { thresholds: params.blocks, margin: params.margin, bend };
+            let needs = refine(&blocks, layout, coarsest, &subdivision, &out.sources);
+            let states = stencil(&blocks, &needs, layout, coarsest);
             (needs, states)
         });
-        out.fragments = clock.time("compact", || compact(&out.blocks, &out.states, layout, coarsest));
+        out.fragments = clock.time("compact", || compact(&blocks, &out.states, layout, coarsest));
         let points = &out.fragments.points;
         (out.gathered, out.cuts) = match (options.method, options.lights) {
             (Method::Splat, _) => {
@@ -237,16 +245,15 @@ fn indirect_of_maps(
                 (rsm::cpu::gather(&out.lights, &receivers, params.form), Vec::new())
             }),
         };
-        (out.pulled, out.irradiance) = clock.time("upsample", || {
-            let pulled = pull(&out.blocks, &out.states, &out.fragments, &out.gathered, layout, coarsest);
-            let mut irradiance = pulled.clone();
-            push(&out.blocks, &out.states, layout, coarsest, &mut irradiance);
-            (pulled, irradiance)
+        out.irradiance = clock.time("upsample", || {
+            let mut irradiance = pull(&blocks, &out.states, &out.fragments, &out.gathered, layout, coarsest);
+            push(&blocks, &out.states, layout, coarsest, &mut irradiance);
+            irradiance
         });
     }
     out.image = clock.time("shade", || {
         let pixels: Vec<u32> = (0..camera.len() as u32).collect();
-        rsm::cpu::shade(camera, &pixels, &out.irradiance[..camera.len()])
+        rsm::cpu::shade(camera, &pixels, &out.irradiance.pixels)
     });
     out.passes = clock.0;
     out

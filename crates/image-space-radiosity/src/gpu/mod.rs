@@ -43,7 +43,6 @@ const RUN: u32 = 64;
 pub struct ImageSpaceRadiosity {
     options: Options,
     rsm: rsm::gpu::Rsm,
-    mips_leaf: Kernel,
     mips_parent: Kernel,
     refine: Kernel,
     stencil: Kernel,
@@ -51,9 +50,10 @@ pub struct ImageSpaceRadiosity {
     compact_scan: Kernel,
     compact_write: Kernel,
     compact_arguments: Kernel,
+    compact_points: Kernel,
     compact_lights: Kernel,
-    patches_leaf: Kernel,
     patches_parent: Kernel,
+    patches_sources: Kernel,
     clusters: Kernel,
     reference_irradiance: Kernel,
     tree: Kernel,
@@ -77,7 +77,6 @@ impl ImageSpaceRadiosity {
         Ok(Self {
             options: *options,
             rsm: rsm::gpu::Rsm::new(device, &options.rsm())?,
-            mips_leaf: kernel(&IMAGE_SPACE_RADIOSITY_MIPS, "mips_leaf"),
             mips_parent: kernel(&IMAGE_SPACE_RADIOSITY_MIPS, "mips_parent"),
             refine: kernel(&IMAGE_SPACE_RADIOSITY_REFINE, "refine"),
             stencil: kernel(&IMAGE_SPACE_RADIOSITY_REFINE, "stencil"),
@@ -85,9 +84,10 @@ impl ImageSpaceRadiosity {
             compact_scan: kernel(&IMAGE_SPACE_RADIOSITY_COMPACT, "compact_scan"),
             compact_write: kernel(&IMAGE_SPACE_RADIOSITY_COMPACT, "compact_write"),
             compact_arguments: kernel(&IMAGE_SPACE_RADIOSITY_COMPACT, "compact_arguments"),
+            compact_points: kernel(&IMAGE_SPACE_RADIOSITY_COMPACT, "compact_points"),
             compact_lights: kernel(&RSM_COMPACT, "compact"),
-            patches_leaf: kernel(&IMAGE_SPACE_RADIOSITY_PATCHES, "patches_leaf"),
             patches_parent: kernel(&IMAGE_SPACE_RADIOSITY_PATCHES, "patches_parent"),
+            patches_sources: kernel(&IMAGE_SPACE_RADIOSITY_PATCHES, "patches_sources"),
             clusters: kernel(&IMAGE_SPACE_RADIOSITY_CLUSTERS, "clusters"),
             reference_irradiance: kernel(&IMAGE_SPACE_RADIOSITY_REFINE, "reference_irradiance"),
             tree: kernel(&IMAGE_SPACE_RADIOSITY_TREE, "tree"),
@@ -185,14 +185,14 @@ impl ImageSpaceRadiosity {
         timer: &mut PassTimer,
         resources: &Resources,
     ) -> Result<(), Error> {
-        let levels = resources.light_levels.iter().map(|n| workgroups_1d(*n, WORKGROUP));
+        let levels = resources.light_levels[1..].iter().map(|n| workgroups_1d(*n, WORKGROUP));
         let levels = levels.collect::<Result<Vec<_>, _>>()?;
         timer.compute(encoder, "patches", |pass| {
-            for groups in &resources.patch_groups {
-                for (i, (group, workgroups)) in groups.iter().zip(&levels).enumerate() {
-                    let kernel = if i == 0 { &self.patches_leaf } else { &self.patches_parent };
-                    kernel.record(pass, &[group], *workgroups);
+            for (groups, sources) in &resources.patch_groups {
+                for (group, workgroups) in groups.iter().zip(&levels) {
+                    self.patches_parent.record(pass, &[group], *workgroups);
                 }
+                self.patches_sources.record(pass, &[sources], [1, 1, 1]);
             }
         });
         Ok(())
@@ -215,8 +215,12 @@ impl ImageSpaceRadiosity {
         timer: &mut PassTimer,
         resources: &Resources,
     ) -> Result<(), Error> {
-        let workgroups = workgroups_1d(u64::from(resources.light_slots), WORKGROUP)?;
-        self.clusters.dispatch(encoder, timer, &[&resources.clusters_group], workgroups);
+        let workgroups = workgroups_1d(resources.light_levels.iter().sum(), WORKGROUP)?;
+        timer.compute(encoder, "clusters", |pass| {
+            for group in &resources.clusters_groups {
+                self.clusters.record(pass, &[group], workgroups);
+            }
+        });
         Ok(())
     }
 
@@ -238,7 +242,11 @@ impl ImageSpaceRadiosity {
         resources: &Resources,
     ) -> Result<(), Error> {
         let workgroups = workgroups_1d(u64::from(resources.branches), WORKGROUP)?;
-        self.tree.dispatch(encoder, timer, &[&resources.tree_group], workgroups);
+        timer.compute(encoder, "tree", |pass| {
+            for group in &resources.tree_groups {
+                self.tree.record(pass, &[group], workgroups);
+            }
+        });
         Ok(())
     }
 
@@ -252,12 +260,11 @@ impl ImageSpaceRadiosity {
         timer: &mut PassTimer,
         resources: &Resources,
     ) -> Result<(), Error> {
-        let levels = resources.levels.iter().map(|n| workgroups_1d(*n, WORKGROUP));
+        let levels = resources.levels[1..].iter().map(|n| workgroups_1d(*n, WORKGROUP));
         let levels = levels.collect::<Result<Vec<_>, _>>()?;
         timer.compute(encoder, "mips", |pass| {
-            for (i, (group, workgroups)) in resources.mips_groups.iter().zip(&levels).enumerate() {
-                let kernel = if i == 0 { &self.mips_leaf } else { &self.mips_parent };
-                kernel.record(pass, &[group], *workgroups);
+            for (group, workgroups) in resources.mips_groups.iter().zip(&levels) {
+                self.mips_parent.record(pass, &[group], *workgroups);
             }
         });
         Ok(())
@@ -300,6 +307,8 @@ impl ImageSpaceRadiosity {
             self.compact_scan.record(pass, &[&resources.scan_group], [1, 1, 1]);
             self.compact_write.record(pass, &[&resources.write_group], runs);
             self.compact_arguments.record(pass, &[&resources.arguments_group], chunks);
+            let (group, totals) = (&resources.points_group, &resources.totals);
+            self.compact_points.record_indirect(pass, &[group], totals, resources::TRAVERSE_ARGUMENTS);
         });
         Ok(())
     }
@@ -318,8 +327,10 @@ impl ImageSpaceRadiosity {
         resources: &Resources,
     ) {
         timer.compute(encoder, "traverse", |pass| {
-            let (group, totals) = (&resources.traverse_group, &resources.totals);
-            self.traverse.record_indirect(pass, &[group], totals, resources::TRAVERSE_ARGUMENTS);
+            for part in &resources.parts {
+                let totals = &resources.totals;
+                self.traverse.record_indirect(pass, &[&part.group], totals, resources::TRAVERSE_ARGUMENTS);
+            }
         });
     }
 

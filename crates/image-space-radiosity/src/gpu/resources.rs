@@ -34,11 +34,21 @@ pub(crate) struct LevelPair {
     pub(crate) coarse_offset: u32,
     pub(crate) coarse_width: u32,
     pub(crate) coarse_height: u32,
-    pub(crate) pad0: u32,
+    pub(crate) first: u32,
     pub(crate) image_width: u32,
     pub(crate) image_height: u32,
+    pub(crate) pad0: u32,
     pub(crate) pad1: u32,
-    pub(crate) pad2: u32,
+}
+
+/// As `layout.wgsl` declares it.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct MapIndex {
+    pub(crate) map: u32,
+    pub(crate) first_branch: u32,
+    pub(crate) pad0: u32,
+    pub(crate) pad1: u32,
 }
 
 /// As `levels.wgsl` declares it.
@@ -66,14 +76,10 @@ pub(crate) struct RefineUniform {
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct SourcesUniform {
-    pub(crate) maps: u32,
-    pub(crate) per_map: u32,
     pub(crate) first: u32,
-    pub(crate) count: u32,
     pub(crate) first_receiver: u32,
     pub(crate) receivers: u32,
     pub(crate) pad0: u32,
-    pub(crate) pad1: u32,
 }
 
 /// As `compact.wgsl` declares it.
@@ -84,6 +90,10 @@ pub(crate) struct CompactUniform {
     pub(crate) runs: u32,
     pub(crate) nodes: u32,
     pub(crate) chunks: u32,
+    pub(crate) first: u32,
+    pub(crate) pad0: u32,
+    pub(crate) pad1: u32,
+    pub(crate) pad2: u32,
 }
 
 /// As `clusters.wgsl` declares it.
@@ -101,19 +111,19 @@ pub(crate) struct ClustersUniform {
 #[repr(C)]
 pub(crate) struct TreeUniform {
     pub(crate) bound: u32,
-    pub(crate) maps: u32,
-    pub(crate) branches: u32,
+    pub(crate) per_map: u32,
     pub(crate) tau: f32,
+    pub(crate) pad0: u32,
 }
 
 /// As `traverse.wgsl` declares it.
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct TraverseUniform {
-    pub(crate) branches: u32,
+    pub(crate) first: u32,
+    pub(crate) end: u32,
     pub(crate) area_scale: f32,
     pub(crate) pad0: u32,
-    pub(crate) pad1: u32,
 }
 
 /// As `splat.wgsl` declares it.
@@ -136,20 +146,35 @@ pub(super) struct SplatResources {
     bytes: u64,
 }
 
+/// What a storage binding may hold on any device, bytes.
+const PART: u64 = 128 << 20;
+
+/// A part of the tree: the branches of as many maps as a storage binding holds.
+#[derive(Debug)]
+pub(super) struct Part {
+    /// `array<Branch>`.
+    pub(super) branches: Buffer,
+    /// First branch, and one past the last.
+    pub(super) range: [u32; 2],
+    uniform: Buffer,
+    pub(super) group: BindGroup,
+}
+
 /// All buffers of a frame; every intermediate result can be read back.
 #[derive(Debug)]
 pub struct Resources {
     /// The maps.
     pub rsm: rsm::gpu::Resources,
-    /// `array<Patch>`: the patches of all maps.
-    pub patches: Buffer,
+    /// `array<Patch>`: the patches of each map, level 1 first.
+    pub patches: Vec<Buffer>,
+    /// `array<Patch>`: the coarsest of all maps.
+    pub sources: Buffer,
     /// `array<f32, 1>`: the reference irradiance, W/m².
     pub reference: Buffer,
-    /// `array<Branch>`: the tree of all maps.
-    pub tree: Buffer,
+    pub(super) parts: Vec<Part>,
     /// `array<Vpl>`: the clusters, one slot per patch.
     pub clusters: Buffer,
-    /// `array<Block>`: blocks of the camera's pixels.
+    /// `array<Block>`: blocks of the camera's pixels, level 1 first.
     pub blocks: Buffer,
     /// `array<u32>`: 1 per block that needs subdivision, level 1 first.
     pub needs: Buffer,
@@ -169,8 +194,10 @@ pub struct Resources {
     pub gather: GatherResources,
     /// `array<u32>`: lights in the cut of each tile.
     pub cuts: Buffer,
-    /// `array<vec4<f32>>`: irradiance of all blocks, W/m², pixels first.
+    /// `array<vec4<f32>>`: irradiance of the pixels, W/m².
     pub irradiance: Buffer,
+    /// `array<vec4<f32>>`: irradiance of the blocks, W/m², level 1 first.
+    pub coarse_irradiance: Buffer,
     /// `array<vec4<f32>>`: indirect radiance that leaves each pixel of the camera, W/(sr·m²), and 0.
     pub image: Buffer,
     runs_buffer: Buffer,
@@ -179,7 +206,6 @@ pub struct Resources {
     refine_uniform: Buffer,
     clusters_uniform: Buffer,
     tree_uniform: Buffer,
-    traverse_uniform: Buffer,
     splat_uniform: Buffer,
     view_uniform: Buffer,
     pub(super) splat: Option<SplatResources>,
@@ -188,7 +214,7 @@ pub struct Resources {
     pub(super) light_levels: Vec<u64>,
     pub(super) coarsest: usize,
     pub(super) runs: u32,
-    pub(super) light_slots: u32,
+    /// Of each map.
     pub(super) branches: u32,
     pub(super) mips_groups: Vec<BindGroup>,
     pub(super) refine_group: BindGroup,
@@ -197,17 +223,16 @@ pub struct Resources {
     pub(super) scan_group: BindGroup,
     pub(super) write_group: BindGroup,
     pub(super) arguments_group: BindGroup,
+    pub(super) points_group: BindGroup,
     pub(super) lights_group: BindGroup,
-    pub(super) patch_groups: Vec<Vec<BindGroup>>,
+    /// Of each map, for its levels and for the coarsest of them.
+    pub(super) patch_groups: Vec<(Vec<BindGroup>, BindGroup)>,
     pub(super) reference_group: BindGroup,
-    pub(super) clusters_group: BindGroup,
-    pub(super) tree_group: BindGroup,
-    pub(super) traverse_group: BindGroup,
+    pub(super) clusters_groups: Vec<BindGroup>,
+    pub(super) tree_groups: Vec<BindGroup>,
     pub(super) pull_groups: Vec<BindGroup>,
     pub(super) push_groups: Vec<BindGroup>,
     pub(super) shade_group: BindGroup,
-    per_map_branches: u32,
-    maps: u32,
     size: [u32; 2],
 }
 
@@ -249,16 +274,22 @@ impl Resources {
             Lights::Hierarchical { coarsest, finest } => ([level(coarsest), level(finest)], true, false),
         };
         let links = Links::new(map_size, if hierarchical { range[1] } else { light_layout.levels.len() });
-        let patch_count = if options.has_patches() { maps as u64 * light_layout.len() as u64 } else { 0 };
-        let light_slots = index("the patches", if basic { patch_count } else { 0 })?;
-        let per_map_branches = links.order.len() as u32;
-        let branches = index("the tree", maps as u64 * u64::from(per_map_branches))?;
+        let light_nodes = light_layout.len() as u64;
+        let light_slots = index("the patches", if basic { maps as u64 * light_nodes } else { 0 })?;
+        let branches = links.order.len() as u32;
+        index("the tree", maps as u64 * u64::from(branches))?;
+        let source_level = light_layout.levels[level_of_cells(&light_layout, SOURCE_CELLS)];
+        let source_count = if options.has_patches() { maps as u64 * source_level.len() as u64 } else { 0 };
 
-        let patches = empty_storage_buffer::<Patch>(device, "light patches", patch_count)?;
+        let texels = light_layout.levels[0].len() as u64;
+        let patch_maps = if options.has_patches() { maps } else { 0 };
+        let patches = (0..patch_maps)
+            .map(|_| empty_storage_buffer::<Patch>(device, "light patches", light_nodes - texels));
+        let patches = patches.collect::<Result<Vec<_>, _>>()?;
+        let sources = empty_storage_buffer::<Patch>(device, "light sources", source_count)?;
         let reference = empty_storage_buffer::<f32>(device, "reference irradiance", 1)?;
-        let tree = empty_storage_buffer::<Branch>(device, "light tree", u64::from(branches))?;
         let clusters = empty_storage_buffer::<Vpl>(device, "light clusters", u64::from(light_slots))?;
-        let blocks = empty_storage_buffer::<Block>(device, "blocks", layout.len() as u64)?;
+        let blocks = empty_storage_buffer::<Block>(device, "blocks", layout.len() as u64 - pixels)?;
         let needs = empty_storage_buffer::<u32>(device, "needs", nodes - pixels)?;
         let states = empty_storage_buffer::<u32>(device, "states", nodes)?;
         let slots = empty_storage_buffer::<u32>(device, "fragment slots", nodes)?;
@@ -266,7 +297,9 @@ impl Resources {
         let positions = empty_storage_buffer::<Vec3Pad>(device, "fragment positions", pixels)?;
         let normals = empty_storage_buffer::<Vec3Pad>(device, "fragment normals", pixels)?;
         let cuts = empty_storage_buffer::<u32>(device, "cuts", pixels.div_ceil(TILE as u64))?;
-        let irradiance = empty_storage_buffer::<Vec3Pad>(device, "irradiance of blocks", nodes)?;
+        let irradiance = empty_storage_buffer::<Vec3Pad>(device, "irradiance of pixels", pixels)?;
+        let coarse_irradiance =
+            empty_storage_buffer::<Vec3Pad>(device, "irradiance of blocks", nodes - pixels)?;
         let image = empty_storage_buffer::<Vec3Pad>(device, "indirect light", pixels)?;
         let runs_buffer = empty_storage_buffer::<u32>(device, "runs", u64::from(runs))?;
         let order = storage_buffer(device, "block order", &z_order(layout))?;
@@ -295,87 +328,132 @@ impl Resources {
             mapped_at_creation: false,
         });
 
-        let source_level = light_layout.levels[level_of_cells(&light_layout, SOURCE_CELLS)];
         let receiver_level = layout.levels[level_of_cells(layout, RECEIVER_CELLS)];
-        let sources = SourcesUniform {
-            maps: if options.has_patches() { maps as u32 } else { 0 },
-            per_map: light_layout.len() as u32,
-            first: source_level.offset,
-            count: source_level.len() as u32,
+        let source_params = SourcesUniform {
+            first: pixels as u32,
             first_receiver: receiver_level.offset,
             receivers: receiver_level.len() as u32,
             pad0: 0,
-            pad1: 0,
         };
-        let sources_uniform = uniform_buffer(device, "sources", &sources);
+        let source_params = uniform_buffer(device, "sources", &source_params);
         let refine_uniform = uniform_buffer(device, "refine", &RefineUniform::default());
         let clusters_uniform = uniform_buffer(device, "clusters", &ClustersUniform::default());
         let tree_uniform = uniform_buffer(device, "tree", &TreeUniform::default());
-        let traverse_uniform = uniform_buffer(device, "traverse", &TraverseUniform::default());
         let splat_uniform = uniform_buffer(device, "splat", &SplatUniform::default());
         let view_uniform = uniform_buffer(device, "splat view", &ViewUniform::zeroed());
-        let compact_uniform = CompactUniform { entries, runs, nodes: nodes as u32, chunks: gather.chunks() };
+        let compact_uniform = CompactUniform {
+            entries,
+            runs,
+            nodes: nodes as u32,
+            chunks: gather.chunks(),
+            first: pixels as u32,
+            ..CompactUniform::default()
+        };
         let compact_uniform = uniform_buffer(device, "compact", &compact_uniform);
         let table = uniform_buffer(device, "block levels", &level_table(layout, [coarsest, 0], nodes as u32));
-        let light_table = level_table(&light_layout, range, light_slots);
+        let light_table = level_table(&light_layout, range, light_layout.len() as u32);
         let light_table = uniform_buffer(device, "patch levels", &light_table);
         let slot_uniform = uniform_buffer(device, "light slots", &[capacity, 0, 0, 0]);
 
-        let pair = |label, fine: Option<usize>, coarse: usize, layout: &PyramidLayout, base: u32, image| {
-            uniform_buffer(device, label, &level_pair(layout, fine, coarse, base, image))
+        let pairs = |layout: &PyramidLayout| -> Vec<Buffer> {
+            let pair = |level| uniform_buffer(device, "level", &level_pair(layout, level));
+            (0..layout.levels.len()).map(pair).collect()
         };
         let bind = |kernel: &indirect_gpu::Kernel, resources: &[(u32, &Buffer)]| {
             let resources: Vec<_> = resources.iter().map(|(i, b)| (*i, b.as_entire_binding())).collect();
             kernel.bind(device, 0, &resources)
         };
-        let count = layout.levels.len();
-        let below = |level: usize| level.checked_sub(1);
-        let pairs: Vec<Buffer> =
-            (0..count).map(|l| pair("block level", below(l), l, layout, 0, size)).collect();
-        let mips_groups = (0..count)
-            .map(|l| match l {
-                0 => bind(&technique.mips_leaf, &[(1, &camera.position), (2, &camera.normal), (3, &blocks)]),
-                _ => bind(&technique.mips_parent, &[(0, &pairs[l]), (3, &blocks)]),
-            })
+        let pixel = [(10, &camera.position), (11, &camera.normal)];
+        let block = [(12, &blocks)];
+        let block_pairs = pairs(layout);
+        let mips_groups = block_pairs[1..]
+            .iter()
+            .map(|p| bind(&technique.mips_parent, &[&pixel[..], &[(0, p), (1, &blocks)]].concat()))
             .collect();
-        let pull_groups = pairs
+        let levels = [(1, &states), (4, &irradiance), (5, &coarse_irradiance)];
+        let pull_groups = block_pairs
             .iter()
             .map(|p| {
-                let fragment = [(3, &slots), (4, &gather.irradiance)];
-                let node = [(0, p), (1, &blocks), (2, &states), (5, &irradiance)];
-                bind(&technique.pull, &[&node[..], &fragment].concat())
+                let own = [(0, p), (2, &slots), (3, &gather.irradiance)];
+                bind(&technique.pull, &[&pixel[..], &block, &levels, &own].concat())
             })
             .collect();
-        let push_groups = pairs[1..]
+        let push_groups = block_pairs[1..]
             .iter()
-            .map(|p| bind(&technique.push, &[(0, p), (1, &blocks), (2, &states), (5, &irradiance)]))
+            .map(|p| bind(&technique.push, &[&block[..], &levels, &[(0, p)]].concat()))
             .collect();
-        let patch_groups = if options.has_patches() {
-            let map = |(i, m): (u32, &rsm::gpu::MapResources)| {
-                let base = i * light_layout.len() as u32;
-                (0..light_layout.levels.len())
-                    .map(|l| {
-                        let p = pair("patch level", below(l), l, &light_layout, base, map_size);
-                        match l {
-                            0 => bind(
-                                &technique.patches_leaf,
-                                &[
-                                    (0, &p),
-                                    (1, &m.surface.position),
-                                    (2, &m.surface.normal),
-                                    (3, &m.texels),
-                                    (4, &patches),
-                                ],
-                            ),
-                            _ => bind(&technique.patches_parent, &[(0, &p), (4, &patches)]),
-                        }
-                    })
-                    .collect()
-            };
-            (0..).zip(&rsm.maps).map(map).collect()
-        } else {
-            Vec::new()
+        // As many maps as a binding of any device holds.
+        let per_part = (PART / (u64::from(branches) * size_of::<Branch>() as u64)).max(1);
+        let tree_maps = if hierarchical { maps as u64 } else { 0 };
+        let parts = (0..tree_maps)
+            .step_by(per_part as usize)
+            .map(|map| {
+                let range = [map, (map + per_part).min(tree_maps)].map(|m| m as u32 * branches);
+                let count = u64::from(range[1] - range[0]);
+                let part = empty_storage_buffer::<Branch>(device, "light tree", count)?;
+                let uniform = uniform_buffer(device, "traverse", &TraverseUniform::default());
+                let group = bind(
+                    &technique.traverse,
+                    &[
+                        (0, &uniform),
+                        (1, &part),
+                        (2, &positions),
+                        (3, &normals),
+                        (4, &totals),
+                        (5, &gather.irradiance),
+                        (6, &cuts),
+                    ],
+                );
+                Ok(Part { branches: part, range, uniform, group })
+            })
+            .collect::<Result<Vec<_>, GpuError>>()?;
+        let light_pairs = pairs(&light_layout);
+        let indices: Vec<_> = (0..maps as u32)
+            .map(|map| {
+                let first_branch = parts.get((u64::from(map) / per_part) as usize).map_or(0, |p| p.range[0]);
+                uniform_buffer(device, "map", &MapIndex { map, first_branch, pad0: 0, pad1: 0 })
+            })
+            .collect();
+        let texel = |m: usize| {
+            let map = &rsm.maps[m];
+            [(10, &map.surface.position), (11, &map.surface.normal), (12, &map.texels)]
         };
+        let source_pair = &light_pairs[level_of_cells(&light_layout, SOURCE_CELLS)];
+        let patch_groups = (0..patch_maps)
+            .map(|m| {
+                let (texel, own) = (texel(m), [(1, &patches[m])]);
+                let parent = |p| bind(&technique.patches_parent, &[&texel[..], &own, &[(0, p)]].concat());
+                let rest = [(0, source_pair), (2, &indices[m]), (3, &sources)];
+                let sources = bind(&technique.patches_sources, &[&texel[..], &own, &rest].concat());
+                (light_pairs[1..].iter().map(parent).collect(), sources)
+            })
+            .collect();
+        let clusters_groups = (0..if basic { maps } else { 0 })
+            .map(|m| {
+                let own = [
+                    (0, &light_table),
+                    (1, &clusters_uniform),
+                    (2, &patches[m]),
+                    (3, &clusters),
+                    (4, &indices[m]),
+                ];
+                bind(&technique.clusters, &[&texel(m)[..], &own].concat())
+            })
+            .collect();
+        let tree_groups = (0..tree_maps as usize)
+            .map(|m| {
+                let own = [
+                    (0, &light_table),
+                    (1, &tree_uniform),
+                    (2, &patches[m]),
+                    (3, &light_order),
+                    (4, &reference),
+                    (5, &parts[m / per_part as usize].branches),
+                    (6, &indices[m]),
+                ];
+                bind(&technique.tree, &[&texel(m)[..], &own].concat())
+            })
+            .collect();
         let splat = match options.method {
             Method::Gather => None,
             Method::Splat => {
@@ -410,21 +488,23 @@ impl Resources {
                 &[
                     (0, &table),
                     (1, &refine_uniform),
-                    (2, &blocks),
+                    (12, &blocks),
                     (3, &needs),
-                    (5, &sources_uniform),
-                    (6, &patches),
+                    (6, &sources),
                     (7, &reference),
                 ],
             ),
-            stencil_group: bind(&technique.stencil, &[(0, &table), (2, &blocks), (3, &needs), (4, &states)]),
+            stencil_group: bind(
+                &technique.stencil,
+                &[&pixel[..], &block, &[(0, &table), (3, &needs), (4, &states)]].concat(),
+            ),
             count_group: bind(
                 &technique.compact_count,
                 &[(0, &compact_uniform), (1, &order), (2, &states), (3, &runs_buffer)],
             ),
             scan_group: bind(
                 &technique.compact_scan,
-                &[(0, &compact_uniform), (3, &runs_buffer), (9, &totals)],
+                &[(0, &compact_uniform), (3, &runs_buffer), (8, &totals)],
             ),
             write_group: bind(
                 &technique.compact_write,
@@ -433,63 +513,46 @@ impl Resources {
                     (1, &order),
                     (2, &states),
                     (3, &runs_buffer),
-                    (4, &blocks),
-                    (5, &positions),
-                    (6, &normals),
-                    (7, &slots),
-                    (8, &fragment_nodes),
+                    (6, &slots),
+                    (7, &fragment_nodes),
                 ],
             ),
             arguments_group: bind(
                 &technique.compact_arguments,
-                &[(0, &compact_uniform), (9, &totals), (10, &gather.count)],
+                &[(0, &compact_uniform), (8, &totals), (13, &gather.count)],
             ),
+            points_group: {
+                let own = [
+                    (0, &compact_uniform),
+                    (4, &positions),
+                    (5, &normals),
+                    (7, &fragment_nodes),
+                    (9, &totals),
+                ];
+                bind(&technique.compact_points, &[&pixel[..], &block, &own].concat())
+            },
             lights_group: bind(
                 &technique.compact_lights,
                 &[(0, light_buffer), (1, &gather.vpls), (2, &gather.count), (3, &slot_uniform)],
             ),
-            reference_group: bind(
-                &technique.reference_irradiance,
-                &[(2, &blocks), (5, &sources_uniform), (6, &patches), (7, &reference)],
-            ),
-            clusters_group: bind(
-                &technique.clusters,
-                &[(0, &light_table), (1, &clusters_uniform), (2, &patches), (3, &clusters)],
-            ),
-            tree_group: bind(
-                &technique.tree,
-                &[
-                    (0, &light_table),
-                    (1, &tree_uniform),
-                    (2, &patches),
-                    (3, &light_order),
-                    (4, &reference),
-                    (5, &tree),
-                ],
-            ),
-            traverse_group: bind(
-                &technique.traverse,
-                &[
-                    (0, &traverse_uniform),
-                    (1, &tree),
-                    (2, &positions),
-                    (3, &normals),
-                    (4, &totals),
-                    (5, &gather.irradiance),
-                    (6, &cuts),
-                ],
-            ),
+            reference_group: {
+                let own = [(5, &source_params), (6, &sources), (7, &reference)];
+                bind(&technique.reference_irradiance, &[&pixel[..], &block, &own].concat())
+            },
             shade_group: bind(&technique.shade, &[(0, &camera.albedo), (1, &irradiance), (2, &image)]),
             levels: layout.levels.iter().map(|l| l.len() as u64).collect(),
             light_levels: light_layout.levels.iter().map(|l| l.len() as u64).collect(),
             mips_groups,
             patch_groups,
+            clusters_groups,
+            tree_groups,
+            parts,
             pull_groups,
             push_groups,
             rsm,
             patches,
+            sources,
             reference,
-            tree,
             clusters,
             blocks,
             needs,
@@ -502,6 +565,7 @@ impl Resources {
             gather,
             cuts,
             irradiance,
+            coarse_irradiance,
             image,
             runs_buffer,
             order,
@@ -509,16 +573,12 @@ impl Resources {
             refine_uniform,
             clusters_uniform,
             tree_uniform,
-            traverse_uniform,
             splat_uniform,
             view_uniform,
             splat,
             coarsest,
             runs,
-            light_slots,
             branches,
-            per_map_branches,
-            maps: maps as u32,
             size,
         })
     }
@@ -556,13 +616,16 @@ impl Resources {
                 Bound::Error => 0,
                 Bound::ContributionAsPrinted => 1,
             },
-            maps: self.maps,
-            branches: self.per_map_branches,
+            per_map: self.branches,
             tau: params.tau,
+            pad0: 0,
         };
         queue.write_buffer(&self.tree_uniform, 0, bytemuck::bytes_of(&tree));
-        let traverse = TraverseUniform { branches: self.branches, area_scale, pad0: 0, pad1: 0 };
-        queue.write_buffer(&self.traverse_uniform, 0, bytemuck::bytes_of(&traverse));
+        for part in &self.parts {
+            let [first, end] = part.range;
+            let traverse = TraverseUniform { first, end, area_scale, pad0: 0 };
+            queue.write_buffer(&part.uniform, 0, bytemuck::bytes_of(&traverse));
+        }
         if let Some(splat) = &self.splat {
             let uniform = SplatUniform { size: splat.size, area_scale, cutoff: params.cutoff };
             queue.write_buffer(&self.splat_uniform, 0, bytemuck::bytes_of(&uniform));
@@ -583,9 +646,8 @@ impl Resources {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         let own = [
-            &self.patches,
+            &self.sources,
             &self.reference,
-            &self.tree,
             &self.clusters,
             &self.blocks,
             &self.needs,
@@ -597,13 +659,16 @@ impl Resources {
             &self.totals,
             &self.cuts,
             &self.irradiance,
+            &self.coarse_irradiance,
             &self.image,
             &self.runs_buffer,
             &self.order,
             &self.light_order,
         ];
         let splat = self.splat.as_ref().map_or(0, |s| s.bytes);
-        own.map(Buffer::size).iter().sum::<u64>() + self.rsm.bytes() + self.gather.bytes() + splat
+        let lists = self.patches.iter().chain(self.parts.iter().map(|p| &p.branches));
+        let lists = lists.map(Buffer::size).sum::<u64>();
+        own.map(Buffer::size).iter().sum::<u64>() + lists + self.rsm.bytes() + self.gather.bytes() + splat
     }
 }
 
@@ -628,25 +693,22 @@ fn level_table(layout: &PyramidLayout, [coarsest, finest]: [usize; 2], nodes: u3
     table
 }
 
-fn level_pair(
-    layout: &PyramidLayout,
-    fine: Option<usize>,
-    coarse: usize,
-    base: u32,
-    image: [u32; 2],
-) -> LevelPair {
-    let c = layout.levels[coarse];
-    let f = fine.map(|l| layout.levels[l]);
+/// A level and the finer one below it; level 0 has none.
+fn level_pair(layout: &PyramidLayout, level: usize) -> LevelPair {
+    let coarse = layout.levels[level];
+    let fine = level.checked_sub(1).map(|l| layout.levels[l]);
+    let image = layout.levels[0];
     LevelPair {
-        fine_offset: base + f.map_or(0, |l| l.offset),
-        fine_width: f.map_or(0, |l| l.size[0]),
-        fine_height: f.map_or(0, |l| l.size[1]),
-        level: coarse as u32,
-        coarse_offset: base + c.offset,
-        coarse_width: c.size[0],
-        coarse_height: c.size[1],
-        image_width: image[0],
-        image_height: image[1],
+        fine_offset: fine.map_or(0, |l| l.offset),
+        fine_width: fine.map_or(0, |l| l.size[0]),
+        fine_height: fine.map_or(0, |l| l.size[1]),
+        level: level as u32,
+        coarse_offset: coarse.offset,
+        coarse_width: coarse.size[0],
+        coarse_height: coarse.size[1],
+        first: image.len() as u32,
+        image_width: image.size[0],
+        image_height: image.size[1],
         ..LevelPair::default()
     }
 }
@@ -721,11 +783,11 @@ mod tests {
                 coarse_offset,
                 coarse_width,
                 coarse_height,
-                pad0,
+                first,
                 image_width,
                 image_height,
-                pad1,
-                pad2
+                pad0,
+                pad1
             }
         );
         assert_layout!(
@@ -738,11 +800,11 @@ mod tests {
         );
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_REFINE,
-            "Sources" = SourcesUniform { maps, per_map, first, count, first_receiver, receivers, pad0, pad1 }
+            "Sources" = SourcesUniform { first, first_receiver, receivers, pad0 }
         );
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_COMPACT,
-            "Compact" = CompactUniform { entries, runs, nodes, chunks }
+            "Compact" = CompactUniform { entries, runs, nodes, chunks, first, pad0, pad1, pad2 }
         );
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_CLUSTERS,
@@ -756,10 +818,11 @@ mod tests {
             IMAGE_SPACE_RADIOSITY_TREE,
             "Branch" = Branch { position, area, normal, reach, flux, next, child, pad0, pad1, pad2 }
         );
-        assert_layout!(IMAGE_SPACE_RADIOSITY_TREE, "Tree" = TreeUniform { bound, maps, branches, tau });
+        assert_layout!(IMAGE_SPACE_RADIOSITY_TREE, "MapIndex" = MapIndex { map, first_branch, pad0, pad1 });
+        assert_layout!(IMAGE_SPACE_RADIOSITY_TREE, "Tree" = TreeUniform { bound, per_map, tau, pad0 });
         assert_layout!(
             IMAGE_SPACE_RADIOSITY_TRAVERSE,
-            "Traverse" = TraverseUniform { branches, area_scale, pad0, pad1 }
+            "Traverse" = TraverseUniform { first, end, area_scale, pad0 }
         );
         assert_layout!(IMAGE_SPACE_RADIOSITY_SPLAT, "Splat" = SplatUniform { size, area_scale, cutoff });
     }

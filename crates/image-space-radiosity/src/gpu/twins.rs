@@ -44,10 +44,10 @@ pub fn twins(
     twins.lights(technique, resources, expected)?;
     if technique.options().method == Method::BoundedSplat {
         twins.gpu.run(|e| technique.encode_splat(e, &mut PassTimer::off(), resources))?;
-        twins.vectors("splat", "irradiance", &resources.irradiance, &expected.irradiance)?;
+        twins.vectors("splat", "irradiance", &resources.irradiance, &expected.irradiance.pixels)?;
     } else {
         twins.fragments(technique, resources, expected)?;
-        twins.irradiance(technique, resources, expected)?;
+        twins.irradiance(technique, resources, camera, expected)?;
     }
     twins.gpu.run(|e| technique.encode_shade(e, &mut PassTimer::off(), resources))?;
     twins.vectors("shade", "image", &resources.image, &expected.image.pixels)?;
@@ -117,27 +117,39 @@ impl Twins<'_> {
         let timer = &mut PassTimer::off();
         if t.options().has_patches() && !expected.patches.is_empty() {
             self.gpu.run(|e| t.encode_patches(e, timer, r))?;
-            let found: Vec<Patch> = self.gpu.read(&r.patches)?;
-            let cpu = &expected.patches;
+            let mut found: Vec<Patch> = Vec::new();
+            for (buffer, cpu) in r.patches.iter().zip(&expected.patches) {
+                let patches: Vec<Patch> = self.gpu.read(buffer)?;
+                found.extend(&patches[..cpu.len()]);
+                self.gpu.write(buffer, cpu);
+            }
+            let sources: Vec<Patch> = self.gpu.read(&r.sources)?;
+            found.extend(&sources[..expected.sources.len()]);
+            self.gpu.write(&r.sources, &expected.sources);
+            let cpu = &[&expected.patches.concat()[..], &expected.sources].concat();
             self.field(("patches", "position"), cpu, &found, |p| p.position);
             self.field(("patches", "normal"), cpu, &found, |p| p.normal);
             self.field(("patches", "flux"), cpu, &found, |p| p.flux);
             self.field(("patches", "area"), cpu, &found, |p| p.area);
             self.field(("patches", "radius and relief"), cpu, &found, |p| [p.radius, p.relief]);
             self.field(("patches", "versine"), cpu, &found, |p| p.versine);
-            self.gpu.write(&r.patches, cpu);
         }
         self.gpu.run(|e| t.encode_mips(e, timer, r))?;
-        let found: Vec<Block> = self.gpu.read(&r.blocks)?;
-        let cpu = &expected.blocks;
-        self.field(("mips", "position"), cpu, &found, |b| b.position);
-        self.field(("mips", "normal"), cpu, &found, |b| b.normal);
-        self.field(("mips", "depth"), cpu, &found, |b| [b.depth_min, b.depth_max]);
-        self.field(("mips", "radius"), cpu, &found, |b| b.radius);
-        self.field(("mips", "versine"), cpu, &found, |b| b.versine);
-        let pixels = |blocks: &[Block]| Data::U32(blocks.iter().flat_map(|b| [b.pixels, b.mixed]).collect());
-        self.push("mips", "pixels", pixels(cpu), pixels(&found));
-        self.gpu.write(&r.blocks, cpu);
+        // A single pixel has no coarser blocks.
+        if !expected.blocks.is_empty() {
+            let found: Vec<Block> = self.gpu.read(&r.blocks)?;
+            let cpu = &expected.blocks;
+            self.field(("mips", "position"), cpu, &found, |b| b.position);
+            self.field(("mips", "normal"), cpu, &found, |b| b.normal);
+            self.field(("mips", "depth"), cpu, &found, |b| [b.depth_min, b.depth_max]);
+            self.field(("mips", "radius"), cpu, &found, |b| b.radius);
+            self.field(("mips", "versine"), cpu, &found, |b| b.versine);
+            let found = &found[..cpu.len()];
+            let pixels =
+                |blocks: &[Block]| Data::U32(blocks.iter().flat_map(|b| [b.pixels, b.mixed]).collect());
+            self.push("mips", "pixels", pixels(cpu), pixels(found));
+            self.gpu.write(&r.blocks, cpu);
+        }
 
         self.gpu.run(|e| {
             t.encode_sources(e, timer, r);
@@ -181,7 +193,10 @@ impl Twins<'_> {
             Lights::Hierarchical { .. } => {
                 if !expected.tree.is_empty() {
                     self.gpu.run(|e| t.encode_tree(e, timer, r))?;
-                    let found: Vec<Branch> = self.gpu.read(&r.tree)?;
+                    let mut found: Vec<Branch> = Vec::new();
+                    for part in &r.parts {
+                        found.extend(self.gpu.read::<Branch>(&part.branches)?);
+                    }
                     self.field(("tree", "position"), &expected.tree, &found, |b| b.position);
                     self.field(("tree", "normal"), &expected.tree, &found, |b| b.normal);
                     self.field(("tree", "flux"), &expected.tree, &found, |b| b.flux);
@@ -193,7 +208,10 @@ impl Twins<'_> {
                         )
                     };
                     self.push("tree", "links", next(&expected.tree), next(&found));
-                    self.gpu.write(&r.tree, &expected.tree);
+                    for part in &r.parts {
+                        let [first, end] = part.range.map(|i| i as usize);
+                        self.gpu.write(&part.branches, &expected.tree[first..end]);
+                    }
                 }
                 return Ok(());
             }
@@ -252,6 +270,7 @@ impl Twins<'_> {
         &mut self,
         t: &ImageSpaceRadiosity,
         r: &Resources,
+        camera: &GBuffer,
         expected: &cpu::Output,
     ) -> Result<(), Error> {
         let timer = &mut PassTimer::off();
@@ -275,18 +294,28 @@ impl Twins<'_> {
             self.integers("traverse", "cuts", &r.cuts, &expected.cuts)?;
         }
         self.gpu.run(|e| t.encode_pull(e, timer, r))?;
-        self.vectors("upsample", "pulled", &r.irradiance, &expected.pulled)?;
-        self.gpu.run(|e| t.encode_push(e, timer, r))?;
-        // Level by level: their names tell in which one a difference begins.
-        let found: Vec<Vec3Pad> = self.gpu.read(&r.irradiance)?;
-        let cpu: Vec<_> = expected.irradiance.iter().map(|v| Vec3Pad::new(*v, 0.0)).collect();
         let layout = PyramidLayout::new(expected.image.size);
-        for (i, l) in layout.levels.iter().enumerate().take(r.coarsest + 1) {
-            let level = l.offset as usize..l.offset as usize + l.len();
-            let name = format!("level {i}");
-            self.field(("upsample", &name), &cpu[level.clone()], &found[level], |v| v.vec3());
+        let blocks = cpu::Blocks::new(camera, &expected.blocks);
+        let (fragments, gathered) = (&expected.fragments, &expected.gathered);
+        let pulled = cpu::pull(&blocks, &expected.states, fragments, gathered, &layout, r.coarsest);
+        self.vectors("upsample", "pulled", &r.irradiance, &pulled.pixels)?;
+        if !pulled.coarse.is_empty() {
+            self.vectors("upsample", "pulled blocks", &r.coarse_irradiance, &pulled.coarse)?;
         }
-        self.gpu.write(&r.irradiance, &cpu);
+        self.gpu.run(|e| t.encode_push(e, timer, r))?;
+        self.vectors("upsample", "irradiance", &r.irradiance, &expected.irradiance.pixels)?;
+        if !expected.irradiance.coarse.is_empty() {
+            // Level by level: their names tell in which one a difference begins.
+            let found: Vec<Vec3Pad> = self.gpu.read(&r.coarse_irradiance)?;
+            let cpu: Vec<_> = expected.irradiance.coarse.iter().map(|v| Vec3Pad::new(*v, 0.0)).collect();
+            for (i, l) in layout.levels.iter().enumerate().take(r.coarsest + 1).skip(1) {
+                let begin = l.offset as usize - camera.len();
+                let level = begin..begin + l.len();
+                let name = format!("level {i}");
+                self.field(("upsample", &name), &cpu[level.clone()], &found[level], |v| v.vec3());
+            }
+            self.gpu.write(&r.coarse_irradiance, &cpu);
+        }
         Ok(())
     }
 }
