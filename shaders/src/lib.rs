@@ -5,6 +5,8 @@
 //! 1. Put the file under `wgsl/<room>/<pass>.wgsl`, named like the Rust file of its CPU twin. Three lines of header: what it
 //!    does, where its twin is, where the mathematics comes from.
 //! 2. Add one entry to the table at the end of `src/lib.rs`: a constant, the files in reading order, the entry points.
+//! 3. `INDIRECT_BLESS=1 cargo test -p indirect-shaders` writes what each entry point binds to `src/bindings.rs`; without the
+//!    variable the same test fails where that file is not what the sources say.
 //!
 //! WGSL does not care about the order of declarations, so composition is concatenation. Names are shared by all files of a
 //! module: prefix what is not obviously unique with the file's stem (`octahedral_encode`, not `encode`). Permutations are
@@ -18,6 +20,49 @@
 extern crate alloc;
 
 use alloc::string::String;
+
+mod bindings;
+
+/// What an entry point binds at one place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Binding {
+    /// `@group`.
+    pub group: u32,
+    /// `@binding`.
+    pub binding: u32,
+    /// Name of the variable.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: BindingKind,
+}
+
+/// What can be bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BindingKind {
+    /// `var<uniform>`.
+    Uniform,
+    /// `var<storage, read>`.
+    Read,
+    /// `var<storage, read_write>`.
+    ReadWrite,
+    /// `texture_2d<f32>`, not filtered.
+    TextureFloat,
+    /// `texture_2d<u32>`.
+    TextureUint,
+}
+
+/// An entry point as naga reflects it; a test of this crate holds the table against the sources.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EntryPoint {
+    /// Name of the [`Module`].
+    pub module: &'static str,
+    /// Name of the entry point.
+    pub name: &'static str,
+    /// Invocations of a workgroup; zeros for a vertex or fragment shader.
+    pub workgroup_size: [u32; 3],
+    /// All that it uses, by group and binding.
+    pub bindings: &'static [Binding],
+}
 
 /// A shader module: WGSL files that are concatenated, and the entry points that the result has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +87,12 @@ impl Module {
             }
         }
         source
+    }
+
+    /// What is known of an entry point; `None` where the module has none of that name.
+    #[must_use]
+    pub fn entry_point(&self, name: &str) -> Option<&'static EntryPoint> {
+        bindings::ENTRY_POINTS.iter().find(|e| e.module == self.name && e.name == name)
     }
 
     /// The file and line (from 1) of a line (from 1) of [`Self::source`]; `None` beyond its end.
@@ -105,7 +156,11 @@ modules! {
     /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
     RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
     /// Radiance that leaves each pixel; twin of `rsm::cpu::shade`.
-    RSM_SHADE = ["core/grid.wgsl", "rsm/shade.wgsl"] => ["shade"];
+    RSM_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
+    /// Radiance that leaves each pixel; twin of `indirect_filter::cpu::shade`.
+    FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
+    /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
+    FILTER_SMOOTH = ["core/grid.wgsl", "core/view.wgsl", "filter/smooth.wgsl"] => ["smooth_pixels"];
     /// Blocks of the camera's pixels; twin of `image_space_radiosity::cpu::mips`.
     IMAGE_SPACE_RADIOSITY_MIPS = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",
@@ -154,19 +209,19 @@ modules! {
     /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample` and `near`.
     RADIANCE_HINTS_SAMPLE = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",
-        "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl",
+        "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl",
         "radiance_hints/sample.wgsl", "radiance_hints/near.wgsl",
     ] => ["sample_importance", "sample_disc", "sample_near"];
     /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
     RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
-        "radiance_hints/look.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/look.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/occlusion.wgsl",
     ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
     /// What ends the directions of later bounces; twin of `radiance_hints::cpu::stops`.
     RADIANCE_HINTS_STOPS = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
-        "radiance_hints/layout.wgsl", "radiance_hints/project.wgsl", "radiance_hints/depths.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/border.wgsl", "radiance_hints/stops.wgsl",
     ] => ["stop_directions"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
@@ -182,17 +237,13 @@ modules! {
     /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
     RADIANCE_HINTS_RECONSTRUCT = [
         "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
-        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/reconstruct.wgsl",
+        "radiance_hints/read.wgsl", "filter/reduced.wgsl", "radiance_hints/reconstruct.wgsl",
     ] => ["reconstruct"];
     /// Irradiance of every pixel from that of some; twin of `radiance_hints::cpu::upsample`.
     RADIANCE_HINTS_UPSAMPLE = [
         "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
-        "radiance_hints/read.wgsl", "radiance_hints/target.wgsl", "radiance_hints/upsample.wgsl",
+        "radiance_hints/read.wgsl", "filter/reduced.wgsl", "filter/bilateral.wgsl", "radiance_hints/upsample.wgsl",
     ] => ["upsample"];
-    /// Irradiance blended with that of the frames before; twin of `radiance_hints::cpu::smooth`.
-    RADIANCE_HINTS_SMOOTH = [
-        "core/grid.wgsl", "core/view.wgsl", "radiance_hints/project.wgsl", "radiance_hints/smooth.wgsl",
-    ] => ["smooth_pixels"];
     /// Texels to rays and points to clip space; twin of `indirect_core::View`.
     VIEW = ["core/view.wgsl"] => [];
     /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.

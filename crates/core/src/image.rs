@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 /// A linear, scene-referred RGB image in f32, row-major, top row first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Image {
     /// Width and height, pixels.
     pub size: [u32; 2],

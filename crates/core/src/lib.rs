@@ -27,8 +27,10 @@
 //! ```
 
 pub mod form_factor;
+pub mod layout;
 pub mod math;
 pub mod octahedral;
+pub mod settings;
 pub mod solid_angle;
 
 mod error;
@@ -36,6 +38,7 @@ mod gbuffer;
 mod image;
 mod light;
 mod material;
+mod pass;
 mod profile;
 mod ray;
 mod scene;
@@ -46,7 +49,8 @@ pub use gbuffer::{GBuffer, NO_TRIANGLE};
 pub use image::Image;
 pub use light::{Light, LightKind, LightSample, spot_attenuation};
 pub use material::{AlphaMode, Material, Texture, TextureRef, Wrap};
+pub use pass::PassTime;
 pub use profile::SceneProfile;
 pub use ray::{Hit, Ray};
 pub use scene::{Aabb, Camera, CameraProjection, Mesh, Scene, Surface};
-pub use view::{Projection, View};
+pub use view::{MapView, Projection, View};

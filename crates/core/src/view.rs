@@ -39,6 +39,15 @@ pub struct View {
     pub far: f32,
 }
 
+/// A window through which a light sees the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapView {
+    /// Index into [`Scene::lights`](crate::Scene::lights).
+    pub light: usize,
+    /// The window, square in texels.
+    pub view: View,
+}
+
 impl View {
     /// A view from `origin` along `forward`; `up` only needs to differ from `forward`, where it does not any
     /// perpendicular serves.
@@ -155,6 +164,26 @@ impl View {
         Some((pixel, self.depth(p)))
     }
 
+    /// Where a world point falls on the image: the unit square is the image, `(0, 0)` its top left corner. `None` at or behind
+    /// the eye of a perspective view; neither `near` nor `far` count. Step by step what WGSL's `view_image_point` does, so
+    /// that both backends agree to rounding also for views far from the world's origin, where [`View::project`] loses digits.
+    #[must_use]
+    #[inline]
+    pub fn image_point(&self, p: Vec3) -> Option<Vec2> {
+        let d = p - self.origin;
+        let (local, z) = (Vec2::new(self.right.dot(d), self.up.dot(d)), self.forward.dot(d));
+        let plane = match self.projection {
+            Projection::Perspective { tan_half } => {
+                if z <= 0.0 {
+                    return None;
+                }
+                local / z / tan_half
+            }
+            Projection::Orthographic { half_size } => local / half_size,
+        };
+        Some(Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y))
+    }
+
     /// World to clip space with reversed depth: NDC z is 1 at `near` and 0 at `far`, which keeps f32 depth even.
     #[must_use]
     pub fn clip_from_world(&self) -> Mat4 {
@@ -205,7 +234,20 @@ mod tests {
                 let (back, depth) = view.project(p, size).unwrap();
                 assert_relative_eq!(depth, 7.0, max_relative = 1e-5);
                 assert!((back - pixel).length() < 1e-3, "{pixel} {back}");
+                let at = view.image_point(p).unwrap() * Vec2::new(64.0, 40.0);
+                assert!((at - pixel).length() < 1e-3, "{pixel} {at}");
             }
+        }
+    }
+
+    #[test]
+    fn a_point_behind_a_perspective_eye_is_nowhere_on_the_image() {
+        let [perspective, orthographic] = views();
+        for depth in [0.0, -1.0] {
+            let p = perspective.origin + perspective.forward * depth;
+            assert_eq!(perspective.image_point(p), None);
+            let centre = orthographic.image_point(p).unwrap();
+            assert!((centre - 0.5).length() < 1e-6, "{centre}");
         }
     }
 

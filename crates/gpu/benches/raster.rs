@@ -17,12 +17,13 @@ fn raster(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(name);
         group.sample_size(10);
         let buffers = SceneBuffers::upload(&gpu.device, &scene).unwrap();
-        let target = GBufferTarget::new(&gpu.device, size, 1).unwrap();
+        let target = GBufferTarget::new(&gpu.device, size).unwrap();
+        target.prepare(&gpu.queue, &view);
         let raster = Raster::new(&gpu.device);
         group.bench_function("gpu", |b| {
             b.iter(|| {
                 let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                raster.encode(&mut encoder, &mut PassTimer::off(), &buffers, &view, &target, 0).unwrap();
+                raster.encode(&mut encoder, &mut PassTimer::off(), "camera", &buffers, [&target]);
                 gpu.queue.submit([encoder.finish()]);
                 gpu.device.poll(PollType::wait_indefinitely()).unwrap();
             });

@@ -2,7 +2,7 @@ use bytemuck::Pod;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{Buffer, BufferUsages, Device, PollType, Queue};
 
-use crate::GpuError;
+use crate::{GpuError, Plan};
 
 /// A storage buffer with the given contents, which can be read back and copied into. Nothing at all becomes one zeroed
 /// element: WebGPU has no empty bindings.
@@ -42,16 +42,9 @@ pub fn uniform_buffer<T: Pod>(device: &Device, label: &'static str, value: &T) -
 }
 
 fn check_storage_size(device: &Device, what: &'static str, needed: u64) -> Result<(), GpuError> {
-    let limits = device.limits();
-    for (limit, available) in [
-        ("max_storage_buffer_binding_size", limits.max_storage_buffer_binding_size),
-        ("max_buffer_size", limits.max_buffer_size),
-    ] {
-        if needed > available {
-            return Err(GpuError::Limit { what, limit, needed, available });
-        }
-    }
-    Ok(())
+    let mut plan = Plan::new();
+    plan.storage::<[u8; 4]>(what, needed.div_ceil(4), BufferUsages::empty());
+    plan.check(&device.limits())
 }
 
 /// Copies a whole buffer (with usage `COPY_SRC`) back to the CPU. Submits, and blocks until all submitted work is done.

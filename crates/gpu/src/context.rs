@@ -84,15 +84,15 @@ impl Context {
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
     pub fn new(choice: &AdapterChoice) -> Result<Self, GpuError> {
-        Self::with_storage_binding(choice, 0)
+        Self::with_limits(choice, &Limits::default())
     }
 
-    /// [`Self::new`] for a device whose storage buffer bindings may be `bytes` long, where that is more than the default
-    /// of 128 MiB; see [`SceneBuffers::largest_binding`](crate::SceneBuffers::largest_binding).
+    /// [`Self::new`] for a device with these limits, see [`Plan::required_limits`](crate::Plan::required_limits); of storage
+    /// bindings, buffers and textures as large as the default where they ask for less.
     ///
     /// # Errors
     /// As [`Self::new`], and [`GpuError::Limit`] where the adapter has less.
-    pub fn with_storage_binding(choice: &AdapterChoice, bytes: u64) -> Result<Self, GpuError> {
+    pub fn with_limits(choice: &AdapterChoice, limits: &Limits) -> Result<Self, GpuError> {
         let instance = Instance::default();
         let adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
         let names = || adapters.iter().map(|a| a.get_info().name).collect::<Vec<_>>();
@@ -108,14 +108,14 @@ impl Context {
                 wanted: choice.to_string(),
                 found: if adapters.is_empty() { "none".to_owned() } else { names().join(", ") },
             })?;
-        Self::open(adapter, bytes)
+        Self::open(adapter, limits)
     }
 
-    fn open(adapter: &Adapter, bytes: u64) -> Result<Self, GpuError> {
+    fn open(adapter: &Adapter, wanted: &Limits) -> Result<Self, GpuError> {
         let (has, mut limits) = (adapter.limits(), Limits::default());
-        let raise = |limit, default: u64, available: u64| {
-            let needed = default.max(bytes);
-            let what = "the largest storage buffer";
+        let raise = |limit, default: u64, wanted: u64, available: u64| {
+            let needed = default.max(wanted);
+            let what = "the largest buffer or texture";
             if needed > default && needed > available {
                 return Err(GpuError::Limit { what, limit, needed, available });
             }
@@ -124,9 +124,17 @@ impl Context {
         limits.max_storage_buffer_binding_size = raise(
             "max_storage_buffer_binding_size",
             limits.max_storage_buffer_binding_size,
+            wanted.max_storage_buffer_binding_size,
             has.max_storage_buffer_binding_size,
         )?;
-        limits.max_buffer_size = raise("max_buffer_size", limits.max_buffer_size, has.max_buffer_size)?;
+        limits.max_buffer_size =
+            raise("max_buffer_size", limits.max_buffer_size, wanted.max_buffer_size, has.max_buffer_size)?;
+        limits.max_texture_dimension_2d = raise(
+            "max_texture_dimension_2d",
+            limits.max_texture_dimension_2d.into(),
+            wanted.max_texture_dimension_2d.into(),
+            has.max_texture_dimension_2d.into(),
+        )? as u32;
         let info = adapter.get_info();
         let request = wgpu::DeviceDescriptor {
             label: Some("indirect"),
@@ -186,7 +194,7 @@ impl Context {
             kernel.bind(&self.device, 0, &[(0, input.as_entire_binding()), (1, output.as_entire_binding())]);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let workgroups = workgroups_1d(inputs.len() as u64, 64)?;
-        kernel.dispatch(&mut encoder, &mut PassTimer::off(), &[&group], workgroups);
+        kernel.dispatch(&mut encoder, &mut PassTimer::off(), "run", &[&group], workgroups);
         self.queue.submit([encoder.finish()]);
         self.read(&output)
     }

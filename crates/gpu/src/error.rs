@@ -45,6 +45,14 @@ pub enum GpuError {
         /// Height asked for.
         height: u32,
     },
+    /// A kernel binds a name that was not given.
+    #[error("{kernel} binds `{name}`, which was not given")]
+    Unbound {
+        /// The kernel.
+        kernel: String,
+        /// The name.
+        name: &'static str,
+    },
     /// The scene is not valid.
     #[error(transparent)]
     Scene(#[from] SceneError),

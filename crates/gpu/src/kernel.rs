@@ -1,7 +1,14 @@
-use indirect_shaders::Module;
-use wgpu::{BindGroup, BindGroupEntry, BindingResource, ComputePipeline, Device};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
-use crate::{GpuError, PassTimer};
+use indirect_shaders::{Binding, BindingKind, EntryPoint, Module};
+use wgpu::{
+    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingResource, BindingType,
+    BufferBindingType, ComputePipeline, Device, PipelineLayout, ShaderStages, TextureSampleType,
+    TextureViewDimension,
+};
+
+use crate::{GpuError, PassTimer, Raster};
 
 /// Compiles a module of `indirect_shaders`.
 #[must_use]
@@ -12,34 +19,148 @@ pub fn shader_module(device: &Device, module: &Module) -> wgpu::ShaderModule {
     })
 }
 
-/// One compute entry point, ready to run. Its bind group layouts are the shader's own: what the WGSL does not use cannot
-/// be bound, what it uses must be.
+/// What a shader's variable of this name is bound to.
+pub type Named<'a> = (&'static str, BindingResource<'a>);
+
+/// A whole buffer under the name that WGSL gives it.
+#[must_use]
+pub fn named<'a>(name: &'static str, buffer: &'a wgpu::Buffer) -> Named<'a> {
+    (name, buffer.as_entire_binding())
+}
+
+/// The layout of one bind group, from what entry points bind there. Layouts of the same content are interchangeable: a bind
+/// group made for one pipeline fits any other that declares the same.
+#[must_use]
+pub fn bind_group_layout(
+    device: &Device,
+    group: u32,
+    entry_points: &[&EntryPoint],
+    visibility: ShaderStages,
+) -> BindGroupLayout {
+    let mut entries: Vec<BindGroupLayoutEntry> = Vec::new();
+    for b in entry_points.iter().flat_map(|e| e.bindings).filter(|b| b.group == group) {
+        if entries.iter().all(|e| e.binding != b.binding) {
+            let (binding, ty, count) = (b.binding, binding_type(b.kind), None);
+            entries.push(BindGroupLayoutEntry { binding, visibility, ty, count });
+        }
+    }
+    entries.sort_unstable_by_key(|e| e.binding);
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+}
+
+fn binding_type(kind: BindingKind) -> BindingType {
+    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let texture = |sample_type| {
+        let view_dimension = TextureViewDimension::D2;
+        BindingType::Texture { sample_type, view_dimension, multisampled: false }
+    };
+    match kind {
+        BindingKind::Uniform => buffer(BufferBindingType::Uniform),
+        BindingKind::Read => buffer(BufferBindingType::Storage { read_only: true }),
+        BindingKind::ReadWrite => buffer(BufferBindingType::Storage { read_only: false }),
+        BindingKind::TextureFloat => texture(TextureSampleType::Float { filterable: false }),
+        BindingKind::TextureUint => texture(TextureSampleType::Uint),
+    }
+}
+
+/// A bind group from resources by the names that WGSL gives them; of two of one name that of the later list counts, and what
+/// is not bound is passed over.
+///
+/// # Errors
+/// [`GpuError::Unbound`] for a name that no list has.
+pub fn bind_group<'a>(
+    device: &Device,
+    layout: &BindGroupLayout,
+    label: &str,
+    bindings: impl Iterator<Item = &'a Binding>,
+    lists: &[&[Named<'_>]],
+) -> Result<BindGroup, GpuError> {
+    let find = |name| lists.iter().rev().find_map(|l| l.iter().rev().find(|b| b.0 == name));
+    let entries = bindings.map(|b| match find(b.name) {
+        Some((_, resource)) => Ok(BindGroupEntry { binding: b.binding, resource: resource.clone() }),
+        None => Err(GpuError::Unbound { kernel: label.to_owned(), name: b.name }),
+    });
+    let entries = entries.collect::<Result<Vec<_>, _>>()?;
+    Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries }))
+}
+
+/// One compute entry point, ready to run.
+///
+/// For a module of the table of `indirect_shaders` the layouts are explicit, so that instances share bind groups; for any other
+/// they are what wgpu derives.
 #[derive(Debug, Clone)]
 pub struct Kernel {
     name: String,
     pipeline: ComputePipeline,
+    entry_point: Option<&'static EntryPoint>,
 }
 
 impl Kernel {
     /// Builds the pipeline of an entry point, with values for its `override` constants.
     #[must_use]
     pub fn new(device: &Device, module: &Module, entry_point: &str, constants: &[(&str, f64)]) -> Self {
+        let known = module.entry_point(entry_point);
+        let layout = known.map(|e| compute_layout(device, e, None));
+        Self::with_layout(device, module, entry_point, constants, layout)
+    }
+
+    /// [`Self::new`] whose bind group 0 is shared with other stages: `shared` is its layout.
+    pub(crate) fn with_shared(
+        device: &Device,
+        module: &Module,
+        entry_point: &str,
+        shared: &BindGroupLayout,
+    ) -> Self {
+        let known = module.entry_point(entry_point);
+        let layout = known.map(|e| compute_layout(device, e, Some(shared)));
+        Self::with_layout(device, module, entry_point, &[], layout)
+    }
+
+    fn with_layout(
+        device: &Device,
+        module: &Module,
+        entry_point: &str,
+        constants: &[(&str, f64)],
+        layout: Option<PipelineLayout>,
+    ) -> Self {
         let shader = shader_module(device, module);
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry_point),
-            layout: None,
+            layout: layout.as_ref(),
             module: &shader,
             entry_point: Some(entry_point),
             compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
             cache: None,
         });
-        Self { name: entry_point.to_owned(), pipeline }
+        Self { name: entry_point.to_owned(), pipeline, entry_point: module.entry_point(entry_point) }
     }
 
-    /// Bind group `group` of this kernel from `(binding, resource)` pairs.
+    /// Invocations of a workgroup; 64×1×1 for a module outside of the table.
+    #[must_use]
+    pub fn workgroup_size(&self) -> [u32; 3] {
+        self.entry_point.map_or([64, 1, 1], |e| e.workgroup_size)
+    }
+
+    /// Bind group `group` of this kernel from resources by name, see [`bind_group`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn group(&self, device: &Device, group: u32, lists: &[&[Named<'_>]]) -> Result<BindGroup, GpuError> {
+        let bindings = self.entry_point.map_or(&[][..], |e| e.bindings).iter().filter(|b| b.group == group);
+        bind_group(device, &self.pipeline.get_bind_group_layout(group), &self.name, bindings, lists)
+    }
+
+    /// Bind group `group` of this kernel from `(binding, resource)` pairs: for modules outside of the table.
     #[must_use]
     pub fn bind(&self, device: &Device, group: u32, resources: &[(u32, BindingResource<'_>)]) -> BindGroup {
-        bind_group(device, &self.pipeline.get_bind_group_layout(group), &self.name, resources)
+        let layout = &self.pipeline.get_bind_group_layout(group);
+        let pairs = resources.iter().cloned();
+        let entries: Vec<_> = pairs.map(|(binding, resource)| BindGroupEntry { binding, resource }).collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(&self.name),
+            layout,
+            entries: &entries,
+        })
     }
 
     /// Encodes one compute pass that runs `workgroups`; the bind groups are 0, 1, … in order.
@@ -47,51 +168,73 @@ impl Kernel {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timer: &mut PassTimer,
+        name: &'static str,
         groups: &[&BindGroup],
         workgroups: [u32; 3],
     ) {
-        timer.compute(encoder, &self.name, |pass| self.record(pass, groups, workgroups));
+        timer.compute(encoder, name, |pass| {
+            self.set(pass, groups.iter().copied());
+            let [x, y, z] = workgroups;
+            pass.dispatch_workgroups(x, y, z);
+        });
     }
 
-    /// Records one dispatch into a compute pass that the caller began, for passes of several dispatches. Each sees what
-    /// the ones before it wrote.
-    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, groups: &[&BindGroup], workgroups: [u32; 3]) {
-        self.set(pass, groups);
-        let [x, y, z] = workgroups;
-        pass.dispatch_workgroups(x, y, z);
-    }
-
-    /// [`Self::record`] with workgroups that the GPU counted: three `u32` at byte `offset` of `workgroups`.
-    pub fn record_indirect(
-        &self,
-        pass: &mut wgpu::ComputePass<'_>,
-        groups: &[&BindGroup],
-        workgroups: &wgpu::Buffer,
-        offset: u64,
-    ) {
-        self.set(pass, groups);
-        pass.dispatch_workgroups_indirect(workgroups, offset);
-    }
-
-    fn set(&self, pass: &mut wgpu::ComputePass<'_>, groups: &[&BindGroup]) {
+    /// Sets pipeline and bind groups 0, 1, … of a compute pass that the caller began.
+    pub fn set<'a>(&self, pass: &mut wgpu::ComputePass<'_>, groups: impl Iterator<Item = &'a BindGroup>) {
         pass.set_pipeline(&self.pipeline);
         for (i, group) in (0..).zip(groups) {
-            pass.set_bind_group(i, *group, &[]);
+            pass.set_bind_group(i, group, &[]);
         }
     }
 }
 
-pub(crate) fn bind_group(
-    device: &Device,
-    layout: &wgpu::BindGroupLayout,
-    label: &str,
-    resources: &[(u32, BindingResource<'_>)],
-) -> BindGroup {
-    let entries: Vec<_> = resources
-        .iter()
-        .map(|(binding, resource)| BindGroupEntry { binding: *binding, resource: resource.clone() })
-        .collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+fn compute_layout(device: &Device, entry: &EntryPoint, shared: Option<&BindGroupLayout>) -> PipelineLayout {
+    let groups = entry.bindings.iter().map(|b| b.group + 1).max().unwrap_or(0);
+    let own: Vec<_> =
+        (0..groups).map(|g| bind_group_layout(device, g, &[entry], ShaderStages::COMPUTE)).collect();
+    let layouts: Vec<_> =
+        own.iter().enumerate().map(|(g, own)| Some(shared.filter(|_| g == 0).unwrap_or(own))).collect();
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(entry.name),
+        bind_group_layouts: &layouts,
+        ..Default::default()
+    })
+}
+
+/// All pipelines that techniques ask for on one device. Each is compiled when it is first asked for and kept.
+#[derive(Debug)]
+pub struct Pipelines {
+    device: Device,
+    raster: Raster,
+    kernels: Mutex<HashMap<(&'static str, &'static str), Kernel>>,
+}
+
+impl Pipelines {
+    /// No kernels yet, and the raster.
+    #[must_use]
+    pub fn new(device: &Device) -> Self {
+        Self { device: device.clone(), raster: Raster::new(device), kernels: Mutex::default() }
+    }
+
+    /// The device.
+    #[must_use]
+    pub const fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// What draws cameras and maps.
+    #[must_use]
+    pub const fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// The pipeline of an entry point.
+    #[must_use]
+    pub fn kernel(&self, module: &Module, entry_point: &'static str) -> Kernel {
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        let new = || Kernel::new(&self.device, module, entry_point, &[]);
+        kernels.entry((module.name, entry_point)).or_insert_with(new).clone()
+    }
 }
 
 /// Most workgroups along one dimension on any WebGPU device.

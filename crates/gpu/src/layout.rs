@@ -28,34 +28,35 @@ impl Vec3Pad {
     }
 }
 
-/// A [`View`] onto an image of a given size: WGSL's `View` (`core/view.wgsl`).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct ViewUniform {
-    /// [`View::origin`].
-    pub origin: [f32; 3],
-    /// [`View::near`].
-    pub near: f32,
-    /// [`View::right`].
-    pub right: [f32; 3],
-    /// 1 for parallel rays, 0 for rays from the origin.
-    pub orthographic: u32,
-    /// [`View::up`].
-    pub up: [f32; 3],
-    /// Clip z = view depth · `depth_scale` + `depth_offset`.
-    pub depth_scale: f32,
-    /// [`View::forward`].
-    pub forward: [f32; 3],
-    /// See `depth_scale`.
-    pub depth_offset: f32,
-    /// Half the image plane: tangents (perspective) or metres (orthographic).
-    pub half_extent: [f32; 2],
-    /// Width and height, texels.
-    pub size: [u32; 2],
-    /// Index of the view's first texel in buffers that hold several views.
-    pub first_texel: u32,
-    /// Unused.
-    pub pad: [u32; 3],
+indirect_core::wgsl_struct! {
+    /// A [`View`] onto an image of a given size: WGSL's `View` (`core/view.wgsl`).
+    #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+    pub struct ViewUniform = "View" {
+        /// [`View::origin`].
+        pub origin: [f32; 3],
+        /// [`View::near`].
+        pub near: f32,
+        /// [`View::right`].
+        pub right: [f32; 3],
+        /// 1 for parallel rays, 0 for rays from the origin.
+        pub orthographic: u32,
+        /// [`View::up`].
+        pub up: [f32; 3],
+        /// Clip z = view depth · `depth_scale` + `depth_offset`.
+        pub depth_scale: f32,
+        /// [`View::forward`].
+        pub forward: [f32; 3],
+        /// See `depth_scale`.
+        pub depth_offset: f32,
+        /// Half the image plane: tangents (perspective) or metres (orthographic).
+        pub half_extent: [f32; 2],
+        /// Width and height, texels.
+        pub size: [u32; 2],
+        /// Index of the view's first texel in buffers that hold several views.
+        pub first_texel: u32,
+        /// Unused.
+        pub pad: [u32; 3],
+    }
 }
 
 impl ViewUniform {
@@ -91,22 +92,23 @@ impl ViewUniform {
     }
 }
 
-/// A texture and its place among the texels: WGSL's `TextureRef` (`core/texture.wgsl`).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct TextureUniform {
-    /// Linear part of the transform of texture coordinates, by columns.
-    pub transform: [f32; 4],
-    /// Its translation.
-    pub translation: [f32; 2],
-    /// Width and height, texels.
-    pub size: [u32; 2],
-    /// Wrap mode of u and v: 0 repeat, 1 mirror, 2 clamp.
-    pub wrap: [u32; 2],
-    /// Index of the first texel, or [`NO_TEXTURE`].
-    pub first_texel: u32,
-    /// Unused.
-    pub pad: u32,
+indirect_core::wgsl_struct! {
+    /// A texture and its place among the texels: WGSL's `TextureRef` (`core/texture.wgsl`).
+    #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+    pub struct TextureUniform = "TextureRef" {
+        /// Linear part of the transform of texture coordinates, by columns.
+        pub transform: [f32; 4],
+        /// Its translation.
+        pub translation: [f32; 2],
+        /// Width and height, texels.
+        pub size: [u32; 2],
+        /// Wrap mode of u and v: 0 repeat, 1 mirror, 2 clamp.
+        pub wrap: [u32; 2],
+        /// Index of the first texel, or [`NO_TEXTURE`].
+        pub first_texel: u32,
+        /// Unused.
+        pub pad: u32,
+    }
 }
 
 /// [`TextureUniform::first_texel`] where there is no texture.
@@ -124,32 +126,34 @@ impl TextureUniform {
     };
 }
 
-/// WGSL's `Material` (`core/scene.wgsl`).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct MaterialUniform {
-    /// Linear base colour.
-    pub base_color: [f32; 3],
-    /// `[0, 1]`.
-    pub metallic: f32,
-    /// Alpha factor.
-    pub base_alpha: f32,
-    /// Texels of less alpha are holes; negative where the material is opaque.
-    pub alpha_cutoff: f32,
-    /// Unused.
-    pub pad: [u32; 2],
-    /// Multiplies the base colour and alpha.
-    pub base_color_texture: TextureUniform,
-    /// Its blue channel multiplies `metallic`.
-    pub metallic_roughness_texture: TextureUniform,
+indirect_core::wgsl_struct! {
+    /// WGSL's `Material` (`core/scene.wgsl`).
+    #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+    pub struct MaterialUniform = "Material" {
+        /// Linear base colour.
+        pub base_color: [f32; 3],
+        /// `[0, 1]`.
+        pub metallic: f32,
+        /// Alpha factor.
+        pub base_alpha: f32,
+        /// Texels of less alpha are holes; negative where the material is opaque.
+        pub alpha_cutoff: f32,
+        /// Unused.
+        pub pad: [u32; 2],
+        /// Multiplies the base colour and alpha.
+        pub base_color_texture: TextureUniform,
+        /// Its blue channel multiplies `metallic`.
+        pub metallic_roughness_texture: TextureUniform,
+    }
 }
 
-/// WGSL's `SceneInfo` (`core/scene.wgsl`).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-pub struct SceneInfo {
-    /// Groups of four floats per vertex.
-    pub vertex_stride: u32,
-    /// Number of triangles.
-    pub triangles: u32,
+indirect_core::wgsl_struct! {
+    /// WGSL's `SceneInfo` (`core/scene.wgsl`).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+    pub struct SceneInfo = "SceneInfo" {
+        /// Groups of four floats per vertex.
+        pub vertex_stride: u32,
+        /// Number of triangles.
+        pub triangles: u32,
+    }
 }

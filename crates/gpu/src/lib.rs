@@ -5,6 +5,8 @@ mod context;
 mod error;
 mod kernel;
 pub mod layout;
+mod pass;
+mod plan;
 mod raster;
 mod scene;
 mod timer;
@@ -12,10 +14,16 @@ mod timer;
 pub use buffer::{empty_storage_buffer, read_buffer, storage_buffer, uniform_buffer};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
+pub use indirect_core::PassTime;
 pub use indirect_shaders as shaders;
-pub use kernel::{Kernel, shader_module, workgroups_1d, workgroups_2d};
+pub use kernel::{
+    Kernel, Named, Pipelines, bind_group, bind_group_layout, named, shader_module, workgroups_1d,
+    workgroups_2d,
+};
 pub use layout::{Vec3Pad, ViewUniform};
+pub use pass::Pass;
+pub use plan::Plan;
 pub use raster::{GBufferTarget, Raster};
-pub use scene::SceneBuffers;
-pub use timer::{PassTime, PassTimer};
+pub use scene::{SceneBuffers, scene_layout};
+pub use timer::PassTimer;
 pub use wgpu;

@@ -1,24 +1,43 @@
 use indirect_core::{GBuffer, NO_TRIANGLE, View};
 use indirect_shaders::{RESOLVE, VISIBILITY};
 use wgpu::{
-    Buffer, CommandEncoder, CompareFunction, Device, Queue, RenderPipeline, TextureFormat, TextureUsages,
-    TextureView,
+    BindGroup, BindingResource, Buffer, CommandEncoder, CompareFunction, Device, Queue, RenderPipeline,
+    ShaderStages, TextureFormat, TextureUsages, TextureView,
 };
 
-use crate::kernel::bind_group;
 use crate::layout::{Vec3Pad, ViewUniform};
 use crate::{
-    GpuError, Kernel, PassTimer, SceneBuffers, empty_storage_buffer, read_buffer, shader_module,
-    uniform_buffer, workgroups_2d,
+    GpuError, Kernel, Named, PassTimer, Plan, SceneBuffers, bind_group, bind_group_layout, buffers, named,
+    read_buffer, scene_layout, shader_module, workgroups_2d,
 };
 
 const ID_FORMAT: TextureFormat = TextureFormat::R32Uint;
 const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
-/// What views see, in storage buffers: `layers` images of one size, one after the other, each row-major, top row first.
+buffers! {
+    /// Buffers of a [`GBufferTarget`].
+    struct GBufferBuffers for [u32; 2] {
+        /// World position and view depth.
+        gbuffer_position: [Vec3Pad] = texels;
+        /// Unit shading normal, turned to the side that is seen, and 0.
+        gbuffer_normal: [Vec3Pad] = texels;
+        /// Lambertian albedo and 0.
+        gbuffer_albedo: [Vec3Pad] = texels;
+        /// Index of the triangle.
+        gbuffer_triangle: [u32] = texels;
+        /// The view.
+        view: ViewUniform;
+    }
+}
+
+fn texels(size: &[u32; 2]) -> u64 {
+    u64::from(size[0]) * u64::from(size[1])
+}
+
+/// What a view sees, in storage buffers, row-major, top row first.
 ///
-/// Where nothing is seen `triangle` is [`NO_TRIANGLE`] and everything else 0.
-#[derive(Debug)]
+/// Where nothing is seen `triangle` is [`NO_TRIANGLE`] and everything else 0. A clone refers to the same memory.
+#[derive(Debug, Clone)]
 pub struct GBufferTarget {
     /// World position and view depth, `array<vec4<f32>>`.
     pub position: Buffer,
@@ -29,28 +48,33 @@ pub struct GBufferTarget {
     /// Index of the triangle, `array<u32>`.
     pub triangle: Buffer,
     size: [u32; 2],
-    layers: u32,
+    view: Buffer,
     ids: TextureView,
     depth: TextureView,
+    visibility_group: BindGroup,
+    resolve_group: BindGroup,
 }
 
 impl GBufferTarget {
-    /// Buffers for `layers` images of `size` texels.
+    /// What an image of `size` texels will allocate.
+    #[must_use]
+    pub fn plan(size: [u32; 2]) -> Plan {
+        let mut plan = GBufferBuffers::plan(&size);
+        plan.texture("visibility", size, 4);
+        plan.texture("depth", size, 4);
+        plan
+    }
+
+    /// Buffers for an image of `size` texels.
     ///
     /// # Errors
     /// [`GpuError::EmptySize`], and [`GpuError::Limit`] where the device has no textures or buffers of that size.
-    pub fn new(device: &Device, size: [u32; 2], layers: u32) -> Result<Self, GpuError> {
+    pub fn new(device: &Device, size: [u32; 2]) -> Result<Self, GpuError> {
         let [width, height] = size;
-        if width == 0 || height == 0 || layers == 0 {
+        if width == 0 || height == 0 {
             return Err(GpuError::EmptySize { what: "a G-buffer", width, height });
         }
-        let (limit, available) = ("max_texture_dimension_2d", device.limits().max_texture_dimension_2d);
-        let needed = width.max(height);
-        if needed > available {
-            let (needed, available) = (needed.into(), available.into());
-            return Err(GpuError::Limit { what: "a G-buffer's side", limit, needed, available });
-        }
-        let count = u64::from(width) * u64::from(height) * u64::from(layers);
+        Self::plan(size).check(&device.limits())?;
         let attachment = |label, format, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -64,71 +88,99 @@ impl GBufferTarget {
             });
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
+        let ids = attachment("visibility", ID_FORMAT, TextureUsages::TEXTURE_BINDING);
+        let depth = attachment("depth", DEPTH_FORMAT, TextureUsages::empty());
+        let b = GBufferBuffers::new(device, &size)?;
+        let mut names = b.named();
+        names.push(("triangles", BindingResource::TextureView(&ids)));
+        let group = |module: &indirect_shaders::Module, entry, stages| {
+            let entry = module.entry_point(entry);
+            let bindings = entry.map_or(&[][..], |e| e.bindings).iter().filter(|b| b.group == 1);
+            let layout = bind_group_layout(device, 1, entry.as_slice(), stages);
+            bind_group(device, &layout, "G-buffer", bindings, &[&names])
+        };
+        let visibility_group = group(&VISIBILITY, "visibility_masked", VISIBILITY_STAGES)?;
+        let resolve_group = group(&RESOLVE, "resolve", ShaderStages::COMPUTE)?;
         Ok(Self {
-            position: empty_storage_buffer::<Vec3Pad>(device, "G-buffer position", count)?,
-            normal: empty_storage_buffer::<Vec3Pad>(device, "G-buffer normal", count)?,
-            albedo: empty_storage_buffer::<Vec3Pad>(device, "G-buffer albedo", count)?,
-            triangle: empty_storage_buffer::<u32>(device, "G-buffer triangle", count)?,
+            position: b.gbuffer_position,
+            normal: b.gbuffer_normal,
+            albedo: b.gbuffer_albedo,
+            triangle: b.gbuffer_triangle,
             size,
-            layers,
-            ids: attachment("visibility", ID_FORMAT, TextureUsages::TEXTURE_BINDING),
-            depth: attachment("depth", DEPTH_FORMAT, TextureUsages::empty()),
+            view: b.view,
+            ids,
+            depth,
+            visibility_group,
+            resolve_group,
         })
     }
 
-    /// Width and height of one layer, texels.
+    /// Sets what will be seen, from the next submission on.
+    pub fn prepare(&self, queue: &Queue, view: &View) {
+        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&ViewUniform::new(view, self.size, 0)));
+    }
+
+    /// Width and height, texels.
     #[must_use]
     pub const fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// Number of layers.
+    /// Its buffers as techniques bind them: `positions`, `normals`, `albedos`, `triangles`.
     #[must_use]
-    pub const fn layers(&self) -> u32 {
-        self.layers
+    pub fn named(&self) -> [Named<'_>; 4] {
+        [
+            named("positions", &self.position),
+            named("normals", &self.normal),
+            named("albedos", &self.albedo),
+            named("triangles", &self.triangle),
+        ]
     }
 
     /// GPU memory, bytes.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let attachments = u64::from(self.size[0]) * u64::from(self.size[1]) * 8;
-        [&self.position, &self.normal, &self.albedo, &self.triangle].map(Buffer::size).iter().sum::<u64>()
-            + attachments
+        Self::plan(self.size).bytes()
     }
 
-    /// The layers as the CPU has them. Submits and blocks.
+    /// The image as the CPU has it. Submits and blocks.
     ///
     /// # Errors
     /// [`GpuError::ReadBack`].
-    pub fn read(&self, device: &Device, queue: &Queue) -> Result<Vec<GBuffer>, GpuError> {
+    pub fn read(&self, device: &Device, queue: &Queue) -> Result<GBuffer, GpuError> {
         let position: Vec<Vec3Pad> = read_buffer(device, queue, &self.position)?;
         let normal: Vec<Vec3Pad> = read_buffer(device, queue, &self.normal)?;
         let albedo: Vec<Vec3Pad> = read_buffer(device, queue, &self.albedo)?;
-        let triangle: Vec<u32> = read_buffer(device, queue, &self.triangle)?;
-        let texels = self.size[0] as usize * self.size[1] as usize;
         let vectors = |v: &[Vec3Pad]| v.iter().map(|v| v.vec3()).collect();
-        Ok((0..self.layers as usize)
-            .map(|layer| {
-                let layer = layer * texels..(layer + 1) * texels;
-                GBuffer {
-                    size: self.size,
-                    triangle: triangle[layer.clone()].to_vec(),
-                    depth: position[layer.clone()].iter().map(|v| v.w).collect(),
-                    position: vectors(&position[layer.clone()]),
-                    normal: vectors(&normal[layer.clone()]),
-                    albedo: vectors(&albedo[layer]),
-                }
-            })
-            .collect())
+        Ok(GBuffer {
+            size: self.size,
+            triangle: read_buffer(device, queue, &self.triangle)?,
+            depth: position.iter().map(|v| v.w).collect(),
+            position: vectors(&position),
+            normal: vectors(&normal),
+            albedo: vectors(&albedo),
+        })
+    }
+
+    /// Overwrites the image.
+    pub fn write(&self, queue: &Queue, g: &GBuffer) {
+        let pad = |v: &[glam::Vec3]| v.iter().map(|v| Vec3Pad::new(*v, 0.0)).collect::<Vec<_>>();
+        let position = g.position.iter().zip(&g.depth).map(|(p, depth)| Vec3Pad::new(*p, *depth));
+        let position: Vec<_> = position.collect();
+        queue.write_buffer(&self.position, 0, bytemuck::cast_slice(&position));
+        queue.write_buffer(&self.normal, 0, bytemuck::cast_slice(&pad(&g.normal)));
+        queue.write_buffer(&self.albedo, 0, bytemuck::cast_slice(&pad(&g.albedo)));
+        queue.write_buffer(&self.triangle, 0, bytemuck::cast_slice(&g.triangle));
     }
 }
+
+const VISIBILITY_STAGES: ShaderStages = ShaderStages::VERTEX_FRAGMENT;
 
 /// What a [`View`] sees, for cameras and light's maps alike: the GPU twin of `indirect_accel::cast::gbuffer`.
 ///
 /// A visibility pass draws triangle numbers and reversed depth, a compute pass resolves them to a [`GBufferTarget`].
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Raster {
-    device: Device,
     opaque: RenderPipeline,
     masked: RenderPipeline,
     resolve: Kernel,
@@ -139,10 +191,18 @@ impl Raster {
     #[must_use]
     pub fn new(device: &Device) -> Self {
         let shader = shader_module(device, &VISIBILITY);
+        let scene = scene_layout(device);
+        let entry = VISIBILITY.entry_point("visibility_masked");
+        let view = bind_group_layout(device, 1, entry.as_slice(), VISIBILITY_STAGES);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("visibility"),
+            bind_group_layouts: &[Some(&scene), Some(&view)],
+            ..Default::default()
+        });
         let pipeline = |fragment| {
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(fragment),
-                layout: None,
+                layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &shader,
                     entry_point: Some("visibility_vertex"),
@@ -169,77 +229,62 @@ impl Raster {
             })
         };
         Self {
-            device: device.clone(),
             opaque: pipeline("visibility"),
             masked: pipeline("visibility_masked"),
-            resolve: Kernel::new(device, &RESOLVE, "resolve", &[]),
+            resolve: Kernel::with_shared(device, &RESOLVE, "resolve", &scene),
         }
     }
 
-    /// Encodes both passes for what `view` sees of `scene`, into one layer of `target`. The target's other layers keep
-    /// their contents; one command buffer may fill them all.
-    ///
-    /// # Errors
-    /// [`GpuError::Limit`] where `target` has no such layer.
-    pub fn encode(
+    /// Encodes, under the name `name`, what the views of `targets` see of `scene`; [`GBufferTarget::prepare`] sets them.
+    pub fn encode<'a>(
         &self,
         encoder: &mut CommandEncoder,
         timer: &mut PassTimer,
+        name: &'static str,
         scene: &SceneBuffers,
-        view: &View,
-        target: &GBufferTarget,
-        layer: u32,
-    ) -> Result<(), GpuError> {
-        if layer >= target.layers {
-            let (needed, available) = (u64::from(layer) + 1, target.layers.into());
-            return Err(GpuError::Limit { what: "a view", limit: "number of layers", needed, available });
-        }
-        let device = &self.device;
-        let view = ViewUniform::new(view, target.size, layer * target.size[0] * target.size[1]);
-        // A buffer per call: a shared one would hold the last view only when several are encoded before one submit.
-        let view = uniform_buffer(device, "view", &view);
-        let view = (0, view.as_entire_binding());
-        let bindings = scene.bindings();
-        let (pipeline, used): (_, &[usize]) =
-            if scene.is_masked() { (&self.masked, &[0, 1, 2, 3, 4]) } else { (&self.opaque, &[0, 1, 4]) };
-        let layout = |group| pipeline.get_bind_group_layout(group);
-        let used: Vec<_> = used.iter().map(|i| bindings[*i].clone()).collect();
-        let scene_group = bind_group(device, &layout(0), "visibility scene", &used);
-        let view_group = bind_group(device, &layout(1), "visibility view", core::slice::from_ref(&view));
-        let background = wgpu::Color { r: NO_TRIANGLE.into(), g: 0.0, b: 0.0, a: 0.0 };
-        let pass = wgpu::RenderPassDescriptor {
-            label: None,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &target.ids,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(background), store: wgpu::StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &target.depth,
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Discard,
+        targets: impl IntoIterator<Item = &'a GBufferTarget, IntoIter: Clone>,
+    ) {
+        let targets = targets.into_iter();
+        let pipeline = if scene.is_masked() { &self.masked } else { &self.opaque };
+        for target in targets.clone() {
+            let pass = wgpu::RenderPassDescriptor {
+                label: None,
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &target.ids,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(BACKGROUND),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &target.depth,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(0.0),
+                        store: wgpu::StoreOp::Discard,
+                    }),
+                    stencil_ops: None,
                 }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: None,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        };
-        timer.render(encoder, "visibility", &pass, |pass| {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &scene_group, &[]);
-            pass.set_bind_group(1, &view_group, &[]);
-            pass.draw(0..3 * scene.triangles(), 0..1);
+                timestamp_writes: None,
+                occlusion_query_set: None,
+                multiview_mask: None,
+            };
+            timer.render(encoder, name, &pass, |pass| {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, scene.group(), &[]);
+                pass.set_bind_group(1, &target.visibility_group, &[]);
+                pass.draw(0..3 * scene.triangles(), 0..1);
+            });
+        }
+        timer.compute(encoder, name, |pass| {
+            for target in targets {
+                self.resolve.set(pass, [scene.group(), &target.resolve_group].into_iter());
+                let [x, y, z] = workgroups_2d(target.size, [8, 8]);
+                pass.dispatch_workgroups(x, y, z);
+            }
         });
-        let scene_group = self.resolve.bind(device, 0, &bindings);
-        let outputs = [&target.position, &target.normal, &target.albedo, &target.triangle];
-        let mut resources = vec![view, (1, wgpu::BindingResource::TextureView(&target.ids))];
-        resources.extend((2..).zip(outputs.map(Buffer::as_entire_binding)));
-        let view_group = self.resolve.bind(device, 1, &resources);
-        let workgroups = workgroups_2d(target.size, [8, 8]);
-        self.resolve.dispatch(encoder, timer, &[&scene_group, &view_group], workgroups);
-        Ok(())
     }
 }
+
+const BACKGROUND: wgpu::Color = wgpu::Color { r: NO_TRIANGLE as f64, g: 0.0, b: 0.0, a: 0.0 };

@@ -1,9 +1,10 @@
 use bytemuck::Zeroable;
 use indirect_core::{AlphaMode, Scene, Texture, TextureRef, Wrap};
-use wgpu::{BindingResource, Buffer, Device};
+use indirect_shaders::{Binding, RESOLVE};
+use wgpu::{BindGroup, BindGroupLayout, Buffer, Device, ShaderStages};
 
 use crate::layout::{MaterialUniform, NO_TEXTURE, SceneInfo, TextureUniform, Vec3Pad};
-use crate::{GpuError, storage_buffer, uniform_buffer};
+use crate::{GpuError, bind_group, bind_group_layout, named, storage_buffer, uniform_buffer};
 
 /// A scene's triangles, materials and texels in GPU buffers: bind group 0 of every module with `core/scene.wgsl`.
 ///
@@ -16,8 +17,20 @@ pub struct SceneBuffers {
     materials: Buffer,
     texels: Buffer,
     info: Buffer,
+    group: BindGroup,
     triangle_count: u32,
     masked: bool,
+}
+
+/// The layout of a scene's bind group, the same in every stage.
+#[must_use]
+pub fn scene_layout(device: &Device) -> BindGroupLayout {
+    let entry = RESOLVE.entry_point("resolve");
+    bind_group_layout(device, 0, entry.as_slice(), ShaderStages::all())
+}
+
+fn scene_bindings() -> impl Iterator<Item = &'static Binding> {
+    RESOLVE.entry_point("resolve").map_or(&[][..], |e| e.bindings).iter().filter(|b| b.group == 0)
 }
 
 /// Which textures a scene's albedo needs, and where each begins among the texels.
@@ -125,13 +138,28 @@ impl SceneBuffers {
         order.sort_by_key(|(first, _)| **first);
         let texels: Vec<[u16; 4]> = order.iter().flat_map(|(_, t)| &t.texels).copied().collect();
         let info = SceneInfo { vertex_stride: stride, triangles: triangles.len() as u32 };
+        let triangle_count = info.triangles;
+        let vertices = storage_buffer(device, "scene vertices", &vertices)?;
+        let triangles = storage_buffer(device, "scene triangles", &triangles)?;
+        let materials = storage_buffer(device, "scene materials", &materials)?;
+        let texels = storage_buffer(device, "scene texels", &texels)?;
+        let info = uniform_buffer(device, "scene info", &info);
+        let names = [
+            named("scene_vertices", &vertices),
+            named("scene_triangles", &triangles),
+            named("scene_materials", &materials),
+            named("scene_texels", &texels),
+            named("scene_info", &info),
+        ];
+        let group = bind_group(device, &scene_layout(device), "scene", scene_bindings(), &[&names])?;
         Ok(Self {
-            vertices: storage_buffer(device, "scene vertices", &vertices)?,
-            triangles: storage_buffer(device, "scene triangles", &triangles)?,
-            materials: storage_buffer(device, "scene materials", &materials)?,
-            texels: storage_buffer(device, "scene texels", &texels)?,
-            info: uniform_buffer(device, "scene info", &info),
-            triangle_count: info.triangles,
+            vertices,
+            triangles,
+            materials,
+            texels,
+            info,
+            group,
+            triangle_count,
             masked: mesh
                 .materials
                 .iter()
@@ -139,11 +167,10 @@ impl SceneBuffers {
         })
     }
 
-    /// The `(binding, resource)` pairs of bind group 0.
+    /// Bind group 0 of every module with `core/scene.wgsl`; its layout is [`scene_layout`].
     #[must_use]
-    pub fn bindings(&self) -> [(u32, BindingResource<'_>); 5] {
-        let b = [&self.vertices, &self.triangles, &self.materials, &self.texels, &self.info];
-        core::array::from_fn(|i| (i as u32, b[i].as_entire_binding()))
+    pub const fn group(&self) -> &BindGroup {
+        &self.group
     }
 
     /// Number of triangles.

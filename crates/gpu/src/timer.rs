@@ -5,25 +5,16 @@ use wgpu::{
     RenderPassDescriptor,
 };
 
-use crate::{GpuError, read_buffer};
+use crate::{GpuError, PassTime, read_buffer};
 
 /// Most passes that one [`PassTimer`] times by timestamps between two [`PassTimer::finish`]; WebGPU guarantees 4096
 /// queries.
 const MAX_PASSES: u32 = 2048;
 
-/// A pass and the time it took.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PassTime {
-    /// Name of the pass.
-    pub name: String,
-    /// Milliseconds.
-    pub ms: f64,
-}
-
 #[derive(Debug)]
 enum Clock {
     Off,
-    Timestamps { queries: QuerySet, names: Vec<String> },
+    Timestamps { queries: QuerySet, names: Vec<&'static str> },
     Wall { times: Vec<PassTime> },
 }
 
@@ -80,7 +71,7 @@ impl PassTimer {
     pub fn compute(
         &mut self,
         encoder: &mut CommandEncoder,
-        name: &str,
+        name: &'static str,
         encode: impl FnOnce(&mut ComputePass<'_>),
     ) {
         let index = self.begin(encoder, name);
@@ -99,7 +90,7 @@ impl PassTimer {
     pub fn render(
         &mut self,
         encoder: &mut CommandEncoder,
-        name: &str,
+        name: &'static str,
         descriptor: &RenderPassDescriptor<'_>,
         encode: impl FnOnce(&mut RenderPass<'_>),
     ) {
@@ -119,17 +110,20 @@ impl PassTimer {
         self.end(encoder, name);
     }
 
-    /// The times of all passes since the last call, in order; the encoders that hold them must have been submitted.
-    /// Blocks.
+    /// The times of all passes since the last call, in order, passes of one name as one; the encoders that hold them must have
+    /// been submitted. Blocks.
     ///
     /// # Errors
     /// [`GpuError::ReadBack`].
     pub fn finish(&mut self) -> Result<Vec<PassTime>, GpuError> {
         let Some((device, queue)) = &self.gpu else { return Ok(Vec::new()) };
+        let mut times = Vec::new();
         match &mut self.clock {
-            Clock::Off => Ok(Vec::new()),
-            Clock::Wall { times } => Ok(core::mem::take(times).into_iter().collect()),
-            Clock::Timestamps { names, .. } if names.is_empty() => Ok(Vec::new()),
+            Clock::Off => {}
+            Clock::Wall { times: found } => {
+                core::mem::take(found).into_iter().for_each(|p| PassTime::add(&mut times, p.name, p.ms));
+            }
+            Clock::Timestamps { names, .. } if names.is_empty() => {}
             Clock::Timestamps { queries, names } => {
                 let count = 2 * (names.len() as u32).min(MAX_PASSES);
                 let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -143,20 +137,20 @@ impl PassTimer {
                 queue.submit([encoder.finish()]);
                 let ticks: Vec<u64> = read_buffer(device, queue, &buffer)?;
                 let ms = f64::from(queue.get_timestamp_period()) * 1e-6;
-                let times = core::mem::take(names).into_iter().zip(ticks.chunks_exact(2));
-                Ok(times
-                    .map(|(name, t)| PassTime { name, ms: t[1].saturating_sub(t[0]) as f64 * ms })
-                    .collect())
+                for (name, t) in core::mem::take(names).into_iter().zip(ticks.chunks_exact(2)) {
+                    PassTime::add(&mut times, name, t[1].saturating_sub(t[0]) as f64 * ms);
+                }
             }
         }
+        Ok(times)
     }
 
     /// Notes the pass; with the wall clock, everything encoded before it is submitted and done when this returns.
-    fn begin(&mut self, encoder: &mut CommandEncoder, name: &str) -> u32 {
+    fn begin(&mut self, encoder: &mut CommandEncoder, name: &'static str) -> u32 {
         match &mut self.clock {
             Clock::Off => 0,
             Clock::Timestamps { names, .. } => {
-                names.push(name.to_owned());
+                names.push(name);
                 names.len() as u32 - 1
             }
             Clock::Wall { .. } => {
@@ -166,13 +160,14 @@ impl PassTimer {
         }
     }
 
-    fn end(&mut self, encoder: &mut CommandEncoder, name: &str) {
-        let start = Instant::now();
-        if matches!(self.clock, Clock::Wall { .. }) {
-            self.flush(encoder);
+    fn end(&mut self, encoder: &mut CommandEncoder, name: &'static str) {
+        if !matches!(self.clock, Clock::Wall { .. }) {
+            return;
         }
+        let start = Instant::now();
+        self.flush(encoder);
         if let Clock::Wall { times } = &mut self.clock {
-            times.push(PassTime { name: name.to_owned(), ms: start.elapsed().as_secs_f64() * 1e3 });
+            times.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
         }
     }
 

@@ -171,7 +171,7 @@ fn grids_reach_every_index_once_beyond_65535_workgroups() -> Result<(), GpuError
     let kernel = Kernel::new(device, &GRID_TEST, "main", &[]);
     let group = kernel.bind(device, 0, &[(0, output.as_entire_binding())]);
     let mut encoder = device.create_command_encoder(&Default::default());
-    kernel.dispatch(&mut encoder, &mut PassTimer::off(), &[&group], workgroups_1d(n, 64)?);
+    kernel.dispatch(&mut encoder, &mut PassTimer::off(), "grid", &[&group], workgroups_1d(n, 64)?);
     queue.submit([encoder.finish()]);
     let cpu: Vec<u32> = (0..n as u32).collect();
     compare_exact("indices", CpuOutput(&cpu), GpuOutput(&gpu.read(&output)?), None).unwrap();
@@ -185,7 +185,7 @@ const VIEW_TEST: Module = Module {
         (
             "view_test.wgsl",
             "struct Input { view: View, p: vec4<f32>, pixel: vec4<f32>, a: vec4<f32>, b: vec4<f32>, c: vec4<f32> }
-             struct Output { clip: vec4<f32>, direction: vec4<f32>, hit: vec4<f32> }
+             struct Output { clip: vec4<f32>, direction: vec4<f32>, hit: vec4<f32>, at: vec4<f32> }
              @group(0) @binding(0) var<storage, read> inputs: array<Input>;
              @group(0) @binding(1) var<storage, read_write> outputs: array<Output>;
              @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -193,7 +193,7 @@ const VIEW_TEST: Module = Module {
                  let i = inputs[id.x];
                  let d = view_direction(i.view, i.pixel.xy);
                  let hit = view_barycentrics(i.view, i.pixel.xy, i.a.xyz, i.b.xyz, i.c.xyz);
-                 outputs[id.x] = Output(view_clip(i.view, i.p.xyz), vec4(d, 0.0), hit);
+                 outputs[id.x] = Output(view_clip(i.view, i.p.xyz), vec4(d, 0.0), hit, vec4(view_image_point(i.view, i.p.xyz), 0.0));
              }",
         ),
     ],
@@ -240,7 +240,7 @@ fn views_project_and_cast_alike() {
             corners: corners(i, view).map(|c| c.extend(0.0).to_array()),
         })
         .collect();
-    let found: Vec<[[f32; 4]; 3]> = gpu.run(&VIEW_TEST, "main", &inputs, inputs.len()).unwrap();
+    let found: Vec<[[f32; 4]; 4]> = gpu.run(&VIEW_TEST, "main", &inputs, inputs.len()).unwrap();
     let gpu_clip: Vec<_> = found.iter().map(|o| Vec4::from(o[0])).collect();
     let gpu_direction: Vec<_> = found.iter().map(|o| Vec4::from(o[1]).truncate()).collect();
     let gpu_hit: Vec<_> = found.iter().map(|o| Vec4::from(o[2])).collect();
@@ -251,6 +251,16 @@ fn views_project_and_cast_alike() {
     let tolerance = Tolerance { relative: 2e-6, absolute: 2e-5 };
     compare("clip", CpuOutput(&clip), GpuOutput(&gpu_clip), tolerance, None).unwrap();
     compare("direction", CpuOutput(&directions), GpuOutput(&gpu_direction), tolerance, None).unwrap();
+    let at: Vec<Vec3> = (0..)
+        .zip(&views)
+        .map(|(i, v)| v.image_point(point(i)).map_or(Vec3::ZERO, |at| at.extend(1.0)))
+        .collect();
+    let gpu_at: Vec<_> = found.iter().map(|o| Vec4::from(o[3]).truncate()).collect();
+    // A point at a small angle to the image plane is as far outside of the image as its depth, a difference of metres, is small.
+    let clear: Vec<bool> = at.iter().map(|at| at.truncate().abs().max_element() < 1e3).collect();
+    compare("image point", CpuOutput(&at), GpuOutput(&gpu_at), Tolerance::TWINS, Some(&clear)).unwrap();
+    let behind = at.iter().filter(|at| at.z == 0.0).count();
+    assert!(behind > 30 && at.len() - behind > 30, "{behind} of {} are behind the eye", at.len());
     let hit: Vec<Vec4> = (0..)
         .zip(&views)
         .map(|(i, view)| {
@@ -296,7 +306,7 @@ fn normalize_survives_extremes() -> Result<(), GpuError> {
     let group =
         kernel.bind(&gpu.device, 1, &[(0, input.as_entire_binding()), (1, output.as_entire_binding())]);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    kernel.dispatch(&mut encoder, &mut PassTimer::off(), &[&nothing, &group], [1, 1, 1]);
+    kernel.dispatch(&mut encoder, &mut PassTimer::off(), "normalize", &[&nothing, &group], [1, 1, 1]);
     gpu.queue.submit([encoder.finish()]);
     let found: Vec<Vec3> = gpu.read::<[f32; 4]>(&output)?.iter().map(|v| Vec4::from(*v).truncate()).collect();
     let cpu: Vec<Vec3> = vectors.iter().map(|v| math::normalize_or(*v, Vec3::Y)).collect();

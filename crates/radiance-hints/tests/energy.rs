@@ -10,10 +10,10 @@ use common::{camera_view, floor_and_wall, lattice, light, lights, room, spot};
 use glam::{DVec3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, math::luminance};
+use indirect_filter::Reduced;
 use indirect_scene::fixtures::SphereFurnace;
 use radiance_hints::{
-    Enclosure, Lattice, Options, Order, Params, Reconstruction, Sample, Sampling, Scale, Surroundings,
-    Transport,
+    Enclosure, Lattice, Options, Order, Params, Reconstruction, Sample, Sampling, Surroundings, Transport,
     cpu::{self, Near, Samples},
 };
 
@@ -295,7 +295,7 @@ fn bounces_of_a_sphere_add_up() {
                 last = cpu::bounce(&lattice, first, &last, around, &[], number, &options, &params);
             }
             let field = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
-            let e = cpu::reconstruct(&field, &camera, Scale::Full, &params);
+            let e = cpu::reconstruct(&field, &camera, &Reduced::new(camera.size, 1), params.reconstruction);
             let mean = e.iter().sum::<Vec3>().x / e.len() as f32;
             println!("{number} bounces: {mean} exact {exact}, off by {:+.3}", mean / exact - 1.0);
             // The first bounce is the method's own: a curved wall within one cell's reads, 3 % too bright as measured, and not

@@ -10,6 +10,7 @@ use common::{
 use glam::{Mat3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, LightKind, Material, Scene};
+use indirect_filter::Reduced;
 use radiance_hints::{
     Error, Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
     cpu::{self, Samples},
@@ -252,60 +253,6 @@ fn light_does_not_leak_through_a_lit_wall() {
     );
 }
 
-/// One pixel's history: a still frame stays, a step is followed by halves, what was hidden or is not finite has no past, a cut
-/// to another camera forgets all.
-#[test]
-fn smoothing_follows_and_forgets() {
-    let scene = floor_and_wall(lights()[0], 1.0);
-    let accel = Accel::build(&scene, BuildPreset::Fast);
-    let view = camera_view(1.0);
-    let camera = cast::gbuffer(&accel, &view, [24, 16]);
-    let constant = |v: f32| vec![Vec3::splat(v); camera.len()];
-    let smooth = |now: &[Vec3], view, depth: &[f32], past: &[Vec3]| {
-        cpu::smooth(now, &camera, &cpu::Previous { view, size: camera.size, depth, irradiance: past }, 0.5)
-    };
-    let mut past = constant(1.0);
-    for frame in 1..=6 {
-        past = smooth(&constant(3.0), &view, &camera.depth, &past);
-        for i in (0..camera.len()).filter(|i| camera.is_surface(*i)) {
-            let exact = 3.0 - 2.0 * 0.5_f32.powi(frame);
-            // A pixel of the border reads less than four neighbours, and of them only what it finds.
-            assert!((past[i].x - exact).abs() < 1e-4, "{frame}: {} {exact}", past[i]);
-        }
-    }
-    let mut poisoned = constant(1.0);
-    poisoned[100] = Vec3::splat(f32::NAN);
-    poisoned[101] = Vec3::splat(f32::INFINITY);
-    let next = smooth(&constant(3.0), &view, &camera.depth, &poisoned);
-    assert!(next.iter().all(|v| v.is_finite()));
-    // Another depth was seen: hidden until now.
-    let hidden: Vec<f32> = camera.depth.iter().map(|d| d * 0.1).collect();
-    let next = smooth(&constant(3.0), &view, &hidden, &constant(1.0));
-    assert!(
-        (0..camera.len())
-            .all(|i| next[i] == if camera.is_surface(i) { Vec3::splat(3.0) } else { Vec3::ZERO })
-    );
-    // Another size of the image: the surface is found where it was seen. A past that is not as long as it says has no say.
-    let large = cast::gbuffer(&accel, &view, [48, 32]);
-    let bright = vec![Vec3::ONE; large.len()];
-    let resized = |irradiance: &[Vec3]| {
-        let previous = cpu::Previous { view: &view, size: large.size, depth: &large.depth, irradiance };
-        cpu::smooth(&constant(3.0), &camera, &previous, 0.5)
-    };
-    let (next, none) = (resized(&bright), resized(&bright[1..]));
-    let seen: Vec<f32> = (0..camera.len()).filter(|i| camera.is_surface(*i)).map(|i| next[i].x).collect();
-    // 2 where all four neighbours have a say, 3 where none has: on the floor a texel's depth is 2 % of the next one's.
-    let followed = seen.iter().filter(|v| **v < 2.0 + 1e-4).count();
-    assert!(seen.iter().all(|v| (1.999..3.001).contains(v)) && 4 * followed > seen.len(), "{followed}");
-    assert!((0..camera.len()).all(|i| !camera.is_surface(i) || none[i] == Vec3::splat(3.0)));
-    let elsewhere = camera_view(40.0);
-    let next = smooth(&constant(3.0), &elsewhere, &camera.depth, &constant(1.0));
-    assert!(
-        (0..camera.len())
-            .all(|i| next[i] == if camera.is_surface(i) { Vec3::splat(3.0) } else { Vec3::ZERO })
-    );
-}
-
 /// Half resolution on a plane is a linear interpolation; where nothing speaks for a pixel it reads the field itself.
 #[test]
 fn upsampling_keeps_planes_and_edges() {
@@ -322,8 +269,7 @@ fn upsampling_keeps_planes_and_edges() {
     let mean = truth.iter().sum::<Vec3>().x / truth.len() as f32;
     let error = |scale| {
         let found = full(scale);
-        let [w, h] = cpu::low_size([96, 64], scale);
-        assert_eq!(found.low.len(), (w * h) as usize);
+        assert_eq!(found.low.len(), Reduced::new([96, 64], scale.step()).texels() as usize);
         let error: f32 = truth.iter().zip(&found.irradiance).map(|(a, b)| (*a - *b).abs().x).sum();
         error / truth.len() as f32 / mean
     };

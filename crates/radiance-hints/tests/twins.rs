@@ -261,8 +261,13 @@ fn smoothing_agrees_and_forgets_what_is_not_finite() {
     let mut history: Vec<Vec3> = (0..camera.len()).map(|i| value(i + 3) * 2.0).collect();
     history[1500] = Vec3::splat(f32::NAN);
     history[1501] = Vec3::splat(f32::INFINITY);
-    let previous = cpu::Previous { view: &before, size: past.size, depth: &past.depth, irradiance: &history };
-    let expected = cpu::smooth(&current, &camera, &previous, 0.5);
+    let previous = indirect_filter::cpu::Previous {
+        view: &before,
+        size: past.size,
+        depth: &past.depth,
+        irradiance: &history,
+    };
+    let expected = indirect_filter::cpu::smooth(&current, &camera, &previous, 0.5);
     assert!(expected.iter().all(|v| v.is_finite()));
 
     let target = GBufferTarget::new(device, CAMERA, 1).unwrap();

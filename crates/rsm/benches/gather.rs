@@ -3,8 +3,10 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
-use indirect_gpu::{AdapterChoice, Context, PassTimer, Vec3Pad, storage_buffer};
-use rsm::gpu::{Gather, GatherResources};
+use indirect_gpu::{
+    AdapterChoice, Context, Pass, PassTimer, Pipelines, Vec3Pad, empty_storage_buffer, named, storage_buffer,
+};
+use rsm::gpu::VplList;
 use rsm::{Form, Vpl, cpu};
 
 const PIXELS: u32 = 256 * 256;
@@ -37,18 +39,27 @@ fn gather(c: &mut Criterion) {
             storage_buffer(device, "receivers", &data)
         };
         let (Ok(positions), Ok(normals)) = (column(|r| r.0), column(|r| r.1)) else { return };
-        let kernel = Gather::new(device);
-        let Ok(resources) = GatherResources::new(device, &kernel, VPLS, &positions, &normals, PIXELS) else {
+        let pipelines = Pipelines::new(device);
+        let (Ok(list), Ok(irradiance)) = (
+            VplList::new(device, VPLS),
+            empty_storage_buffer::<Vec3Pad>(device, "irradiance", PIXELS.into()),
+        ) else {
             return;
         };
-        resources.prepare(queue, Form::Disc);
-        resources.write_vpls(queue, &vpls);
+        let names =
+            [named("positions", &positions), named("normals", &normals), named("irradiance", &irradiance)];
+        let mut pass = Pass::new("gather");
+        if list.gather(&pipelines, &mut pass, PIXELS.into(), &names).is_err() {
+            return;
+        }
+        list.prepare(queue, PIXELS, Form::Disc);
+        list.write(queue, &vpls);
         group.bench_function(BenchmarkId::new("gpu", &context.info.name), |b| {
             b.iter(|| {
                 let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
-                let encoded = kernel.encode(&mut encoder, &mut PassTimer::off(), &resources);
+                pass.encode(&mut encoder, &mut PassTimer::off(), None);
                 queue.submit([encoder.finish()]);
-                (encoded.is_ok(), device.poll(PollType::wait_indefinitely()).is_ok())
+                device.poll(PollType::wait_indefinitely()).is_ok()
             });
         });
     }

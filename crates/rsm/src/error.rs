@@ -5,15 +5,8 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum Error {
     /// An option is outside its range.
-    #[error("{option} is {value}, it must be {requirement}")]
-    BadOption {
-        /// Name of the option.
-        option: &'static str,
-        /// The value, printed.
-        value: String,
-        /// Its range.
-        requirement: &'static str,
-    },
+    #[error(transparent)]
+    BadOption(#[from] indirect_core::settings::BadOption),
     /// The device cannot hold the buffers, or was lost.
     #[cfg(feature = "gpu")]
     #[error(transparent)]

@@ -8,10 +8,14 @@ pub mod layout;
 pub mod views;
 
 mod error;
-mod params;
+mod passes;
 mod rsm;
+mod selection;
 
 pub use error::Error;
+pub use indirect_core::MapView;
+#[doc(hidden)]
+pub use indirect_technique;
 pub use layout::{Node, Texel, Vpl};
-pub use params::{Form, Options, Params, Selection};
-pub use rsm::{Level, Map, Pyramid, PyramidLayout, Rsm};
+pub use rsm::{Level, MAX_RESOLUTION, Map, Pyramid, PyramidLayout, Rsm};
+pub use selection::{Form, Select, Selection};

@@ -3,8 +3,11 @@ use indirect_core::{GBuffer, View};
 
 use crate::layout::{Node, Texel};
 
-/// Reflective shadow maps: what all lights of a scene see, and what they send there.
-#[derive(Debug, Clone, PartialEq)]
+/// Most texels along each side of a map.
+pub const MAX_RESOLUTION: u32 = 8192;
+
+/// Reflective shadow maps: what all lights of a scene see, and what they send there. No map in the default.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rsm {
     /// Texels along each side of each map.
     pub resolution: u32,
@@ -57,6 +60,13 @@ impl Rsm {
             m.texels.len() * (surface + size_of::<Texel>()) + m.pyramid.nodes.len() * size_of::<Node>()
         };
         self.maps.iter().map(map).sum()
+    }
+}
+
+impl Default for Pyramid {
+    /// That of a map of one texel, unlit.
+    fn default() -> Self {
+        Self { layout: PyramidLayout::new([1, 1]), nodes: vec![Node::EMPTY] }
     }
 }
 

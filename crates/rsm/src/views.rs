@@ -1,18 +1,9 @@
 //! Which windows into the scene a light needs, fitted to the scene's bounds. No constant here has a unit.
 
 use glam::{Vec2, Vec3};
-use indirect_core::{Aabb, Light, LightKind, Mesh, Projection, Scene, View};
+use indirect_core::{Aabb, Light, LightKind, MapView, Mesh, Projection, Scene, View};
 
 use crate::layout::LightMap;
-
-/// One map to make: a window through which a light sees the scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MapView {
-    /// Index into [`Scene::lights`].
-    pub light: usize,
-    /// The window, square in texels.
-    pub view: View,
-}
 
 /// Widest cone, as the tangent of its half angle (60°), that one map covers. Beyond it the corner texels of a single map
 /// shrink to less than 1/18 of the central solid angle, and the faces of a cube are the better use of texels.

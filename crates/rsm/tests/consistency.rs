@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 use indirect_accel::{Accel, BuildPreset};
 use indirect_core::{Light, LightKind};
 use rayon::prelude::*;
-use rsm::{Form, Options, Selection, Vpl, cpu};
+use rsm::{Form, Selection, Vpl, cpu};
 
 const HEIGHT: f32 = 2.0;
 /// The lit disc, of radius 2·tan 30° = 1.155 m, ends 1 cm before the wall at z = −2.
@@ -69,7 +69,7 @@ fn every_texel_as_vpl_converges_to_one_bounce() {
     let truth = exact(light, albedo, &points);
     let receivers = points.iter().map(|p| (*p, Vec3::Z)).collect();
     let error = |resolution| {
-        let rsm = cpu::generate(&accel, &Options { resolution, selection: Selection::All }).unwrap();
+        let rsm = cpu::generate(&accel, resolution).unwrap();
         let vpls = cpu::compact(&cpu::vpls(&rsm, Selection::All, &[]));
         let e = cpu::gather(&vpls, &receivers, Form::Disc);
         rel_rmse(&e.iter().map(|e| f64::from(e.x)).collect::<Vec<_>>(), &truth)
@@ -92,7 +92,7 @@ fn the_subsets_converge_to_every_texel() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let points = wall(0.25);
     let receivers: cpu::Receivers = points.iter().map(|p| (*p, Vec3::Z)).collect();
-    let rsm = cpu::generate(&accel, &Options { resolution: 256, ..Options::default() }).unwrap();
+    let rsm = cpu::generate(&accel, 256).unwrap();
     let gather = |selection: Selection| -> Vec<f64> {
         let slots = cpu::vpls(&rsm, selection, &selection.points(3));
         let vpls: Vec<Vpl> = cpu::compact(&slots);

@@ -10,7 +10,7 @@ use common::{light, push_box, push_square, scene, spot};
 use glam::{Mat3, Vec3};
 use indirect_accel::{Accel, BuildPreset};
 use indirect_core::{LightKind, Scene};
-use rsm::{Options, Rsm, cpu};
+use rsm::{Rsm, cpu};
 
 const ALBEDO: Vec3 = Vec3::new(0.8, 0.5, 0.2);
 const POWER: Vec3 = Vec3::new(3.0, 2.0, 1.0);
@@ -18,7 +18,7 @@ const POWER: Vec3 = Vec3::new(3.0, 2.0, 1.0);
 fn maps(scene: &Scene, resolution: u32) -> Rsm {
     scene.validate().unwrap();
     let accel = Accel::build(scene, BuildPreset::Fast);
-    cpu::generate(&accel, &Options { resolution, ..Options::default() }).unwrap()
+    cpu::generate(&accel, resolution).unwrap()
 }
 
 /// The maps' incident flux is `flux` per unit of power, their reflected flux the albedo's share of it, both to `tolerance`.

@@ -2,18 +2,24 @@
 
 use core::fmt::Debug;
 
+use indirect_core::layout::{Field, Layout};
 use indirect_gpu::shaders::Module;
 use naga::{Expression, Literal, TypeInner};
 
-/// A field of a Rust struct: name, offset and size in bytes.
-pub type Field = (&'static str, usize, usize);
-
-/// Compares a Rust struct with the WGSL struct `name`: the same fields in the same order at the same offsets with the
-/// same sizes, and the same size in all. Rust fields that only pad are left out of `fields`; the total size counts them.
+/// Compares a Rust struct with its WGSL twin: the same fields in the same order at the same offsets with the same sizes, and the
+/// same size in all. Rust fields that only pad may be missing in WGSL.
 ///
 /// # Errors
 /// What differs first.
-pub fn check_struct(module: &Module, name: &str, size: usize, fields: &[Field]) -> Result<(), String> {
+pub fn check<T: Layout>(module: &Module) -> Result<(), String> {
+    check_fields(module, T::WGSL, size_of::<T>(), T::FIELDS)
+}
+
+/// [`check`] of a struct given by its parts.
+///
+/// # Errors
+/// As there.
+pub fn check_fields(module: &Module, name: &str, size: usize, fields: &[Field]) -> Result<(), String> {
     let ir = parse(module)?;
     let (_, ty) = ir
         .types
@@ -24,11 +30,12 @@ pub fn check_struct(module: &Module, name: &str, size: usize, fields: &[Field]) 
         return Err(format!("`{name}` is no struct"));
     };
     let names: Vec<_> = members.iter().map(|m| m.name.as_deref().unwrap_or("")).collect();
-    let rust: Vec<_> = fields.iter().map(|f| f.0).collect();
+    let fields: Vec<_> = fields.iter().filter(|f| !f.is_padding() || names.contains(&f.name)).collect();
+    let rust: Vec<_> = fields.iter().map(|f| f.name).collect();
     if names != rust {
         return Err(format!("`{name}` has the fields {names:?} in WGSL, {rust:?} in Rust"));
     }
-    for (member, (field, offset, size)) in members.iter().zip(fields) {
+    for (member, Field { name: field, offset, size, .. }) in members.iter().zip(fields) {
         let found = (member.offset as usize, ir.types[member.ty].inner.size(ir.to_ctx()) as usize);
         if found != (*offset, *size) {
             return Err(format!(
@@ -109,31 +116,4 @@ fn parse(module: &Module) -> Result<naga::Module, String> {
         let place = e.location(&source).and_then(|l| module.locate(l.line_number as usize));
         format!("{} at {place:?}: {e}", module.name)
     })
-}
-
-/// Size of the field that `get` returns.
-pub fn size_of_field<T, F>(_get: impl Fn(&T) -> &F) -> usize {
-    size_of::<F>()
-}
-
-/// Fails unless a `#[repr(C)]` struct lies in memory as its WGSL twin does.
-///
-/// ```
-/// use indirect_gpu::ViewUniform;
-/// testkit::assert_layout!(indirect_gpu::shaders::VIEW, "View" = ViewUniform {
-///     origin, near, right, orthographic, up, depth_scale, forward, depth_offset, half_extent, size, first_texel
-/// });
-/// ```
-#[macro_export]
-macro_rules! assert_layout {
-    ($module:expr, $wgsl:literal = $rust:ty { $($field:ident),+ $(,)? }) => {
-        let fields = [$((
-            stringify!($field),
-            core::mem::offset_of!($rust, $field),
-            $crate::layout::size_of_field(|s: &$rust| &s.$field),
-        )),+];
-        if let Err(e) = $crate::layout::check_struct(&$module, $wgsl, size_of::<$rust>(), &fields) {
-            panic!("{e}");
-        }
-    };
 }

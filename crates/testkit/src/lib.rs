@@ -4,13 +4,16 @@
 //! * [`gpu`]: a device, or a visible skip, or a failure where `INDIRECT_REQUIRE_GPU=1`.
 //! * [`compare`], [`compare_exact`]: two sides of different types, so that a side cannot be compared with itself by
 //!   mistake.
-//! * [`assert_layout!`], [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
+//! * [`judge`]: the buffers of a whole frame.
+//! * [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
 
 mod adapter;
 mod compare;
 pub mod layout;
+mod twins;
 
 pub use adapter::{REQUIRE_GPU_VARIABLE, gpu};
 pub use compare::{
     CompareError, Comparison, CpuOutput, Element, GpuOutput, Tolerance, Worst, compare, compare_exact,
 };
+pub use twins::{Deviation, deviation, judge, perturb};

@@ -32,6 +32,22 @@ fn view_clip(view: View, p: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(local.xy / view.half_extent, local.z * view.depth_scale + view.depth_offset, w);
 }
 
+/// Where a world point falls on the image, [0, 1]² inside with (0, 0) at the top left, and 1; 0 at or behind the eye: twin of
+/// View::image_point.
+fn view_image_point(view: View, p: vec3<f32>) -> vec3<f32> {
+    let local = view_local(view, p);
+    var plane: vec2<f32>;
+    if view.orthographic != 0u {
+        plane = local.xy / view.half_extent;
+    } else {
+        if local.z <= 0.0 {
+            return vec3(0.0);
+        }
+        plane = local.xy / local.z / view.half_extent;
+    }
+    return vec3(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y, 1.0);
+}
+
 /// The point of the image plane at depth 1 (perspective) or in metres (orthographic) for a continuous pixel coordinate.
 fn view_plane_point(view: View, pixel: vec2<f32>) -> vec2<f32> {
     let ndc = vec2<f32>(2.0 * pixel.x / f32(view.size.x) - 1.0, 1.0 - 2.0 * pixel.y / f32(view.size.y));

@@ -10,7 +10,7 @@ const OUTSIDE: f32 = -1e38;
 fn behind(v: u32, p: vec3<f32>) -> f32 {
     let view = views[v];
     let size = view.size;
-    let at = plane_project(view, p);
+    let at = view_image_point(view, p);
     let texel = at.xy * vec2<f32>(size);
     if at.z <= 0.0 || !(texel.x >= 0.0 && texel.y >= 0.0 && texel.x < f32(size.x) && texel.y < f32(size.y)) {
         return OUTSIDE;

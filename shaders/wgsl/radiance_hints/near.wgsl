@@ -30,7 +30,7 @@ fn near_in_map(hint: u32) {
     let diagonal = length(lattice.volume[lattice_volume(hint)].cell);
     let n = settings.resolution;
     let side = settings.side;
-    let plane = plane_project(view, position);
+    let plane = view_image_point(view, position);
     if plane.z <= 0.0 {
         return;
     }

@@ -7,7 +7,7 @@
 @group(0) @binding(2) var<storage, read> hints: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(5) var<uniform> image: Target;
+@group(0) @binding(5) var<uniform> reduced: Reduced;
 @group(0) @binding(6) var<storage, read_write> low: array<vec4<f32>>;
 
 @compute @workgroup_size(64)
@@ -17,11 +17,10 @@ fn reconstruct(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i >= image.small.x * image.small.y {
+    if i >= reduced.small.x * reduced.small.y {
         return;
     }
-    let at = pixel_of(vec2(i % image.small.x, i / image.small.x));
-    let pixel = at.y * image.size.x + at.x;
+    let pixel = reduced_pixel(reduced, vec2(i % reduced.small.x, i / reduced.small.x));
     let n = normals[pixel].xyz;
     var e = vec3(0.0);
     if any(n != vec3(0.0)) {

@@ -103,7 +103,7 @@ fn disc(list: u32, k: u32) -> Sample {
     let share = (count - current.map + settings.maps - 1u) / settings.maps;
     let n = f32(settings.resolution);
     let view = views[current.map];
-    let centre = plane_project(view, lattice_position(list));
+    let centre = view_image_point(view, lattice_position(list));
     if centre.z <= 0.0 {
         return Sample();
     }

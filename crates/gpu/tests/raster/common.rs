@@ -14,11 +14,12 @@ pub(crate) fn perspective(origin: Vec3, target: Vec3, half_height: f32, size: [u
 
 pub(crate) fn render(gpu: &Context, scene: &Scene, view: &View, size: [u32; 2]) -> GBuffer {
     let buffers = SceneBuffers::upload(&gpu.device, scene).unwrap();
-    let target = GBufferTarget::new(&gpu.device, size, 1).unwrap();
+    let target = GBufferTarget::new(&gpu.device, size).unwrap();
+    target.prepare(&gpu.queue, view);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    Raster::new(&gpu.device).encode(&mut encoder, &mut PassTimer::off(), &buffers, view, &target, 0).unwrap();
+    Raster::new(&gpu.device).encode(&mut encoder, &mut PassTimer::off(), "camera", &buffers, [&target]);
     gpu.queue.submit([encoder.finish()]);
-    target.read(&gpu.device, &gpu.queue).unwrap().remove(0)
+    target.read(&gpu.device, &gpu.queue).unwrap()
 }
 
 /// What a comparison found, for tests that ask for more than that it passed.

@@ -1,4 +1,4 @@
-//! Odd sizes, empty views, extreme scales, degenerate triangles, several layers, and what must be refused.
+//! Odd sizes, empty views, extreme scales, degenerate triangles, several views, and what must be refused.
 
 use crate::common::{assert_twins, perspective, render, smooth_sphere, textured_and_masked};
 use glam::{Vec2, Vec3};
@@ -134,7 +134,7 @@ fn degenerate_and_edge_on_triangles_stay_finite() {
 }
 
 #[test]
-fn layers_of_one_submission_do_not_mix() -> Result<(), GpuError> {
+fn views_of_one_submission_do_not_mix() -> Result<(), GpuError> {
     let Some(gpu) = testkit::gpu() else { return Ok(()) };
     let scene = fixtures::build("cornell_spot").unwrap();
     let size = [32, 32];
@@ -144,26 +144,20 @@ fn layers_of_one_submission_do_not_mix() -> Result<(), GpuError> {
         View::look_to(centre, forward, Vec3::new(0.1, 1.0, 0.2), projection, 0.01, f32::INFINITY)
     });
     let buffers = SceneBuffers::upload(&gpu.device, &scene)?;
-    let target = GBufferTarget::new(&gpu.device, size, 6)?;
+    let target = |view: &View| {
+        let target = GBufferTarget::new(&gpu.device, size)?;
+        target.prepare(&gpu.queue, view);
+        Ok::<_, GpuError>(target)
+    };
+    let targets = faces.iter().map(target).collect::<Result<Vec<_>, _>>()?;
     let raster = Raster::new(&gpu.device);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    for (layer, view) in (0..).zip(&faces) {
-        raster.encode(&mut encoder, &mut PassTimer::off(), &buffers, view, &target, layer)?;
-    }
-    let error = raster.encode(&mut encoder, &mut PassTimer::off(), &buffers, &faces[0], &target, 6);
-    assert!(matches!(error, Err(GpuError::Limit { needed: 7, available: 6, .. })));
+    raster.encode(&mut encoder, &mut PassTimer::off(), "maps", &buffers, &targets);
     gpu.queue.submit([encoder.finish()]);
-    let layers = target.read(&gpu.device, &gpu.queue)?;
-    for (view, layer) in faces.iter().zip(&layers) {
+    for (view, target) in faces.iter().zip(&targets) {
         // The same bits as alone, which also shows that a run repeats.
-        assert_eq!(*layer, render(gpu, &scene, view, size));
+        assert_eq!(target.read(&gpu.device, &gpu.queue)?, render(gpu, &scene, view, size));
     }
-    // One layer alone leaves the others as they are.
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    raster.encode(&mut encoder, &mut PassTimer::off(), &buffers, &faces[5], &target, 2)?;
-    gpu.queue.submit([encoder.finish()]);
-    let again = target.read(&gpu.device, &gpu.queue)?;
-    assert!(again[2] == layers[5] && again[1] == layers[1] && again[3] == layers[3]);
     Ok(())
 }
 
@@ -171,11 +165,10 @@ fn layers_of_one_submission_do_not_mix() -> Result<(), GpuError> {
 fn sizes_and_scenes_that_do_not_fit_are_refused() {
     let Some(gpu) = testkit::gpu() else { return };
     let limit = gpu.device.limits().max_texture_dimension_2d;
-    assert!(matches!(GBufferTarget::new(&gpu.device, [0, 4], 1), Err(GpuError::EmptySize { .. })));
-    assert!(matches!(GBufferTarget::new(&gpu.device, [4, 4], 0), Err(GpuError::EmptySize { .. })));
-    let e = GBufferTarget::new(&gpu.device, [limit + 1, 1], 1).unwrap_err();
+    assert!(matches!(GBufferTarget::new(&gpu.device, [0, 4]), Err(GpuError::EmptySize { .. })));
+    let e = GBufferTarget::new(&gpu.device, [limit + 1, 1]).unwrap_err();
     assert!(e.to_string().contains("max_texture_dimension_2d"), "{e}");
-    let e = GBufferTarget::new(&gpu.device, [limit, limit], 1).unwrap_err();
+    let e = GBufferTarget::new(&gpu.device, [limit, limit]).unwrap_err();
     assert!(e.to_string().contains("max_storage_buffer_binding_size"), "{e}");
     let mut scene = triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
     scene.mesh.triangles[0][2] = 3;
@@ -213,16 +206,17 @@ fn timers_name_the_passes_and_change_nothing() -> Result<(), GpuError> {
         [PassTimer::new(&gpu.device, &gpu.queue), PassTimer::wall(&gpu.device, &gpu.queue), PassTimer::off()];
     for mut timer in timers {
         for _ in 0..2 {
-            let target = GBufferTarget::new(&gpu.device, size, 1)?;
+            let target = GBufferTarget::new(&gpu.device, size)?;
+            target.prepare(&gpu.queue, &view);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            raster.encode(&mut encoder, &mut timer, &buffers, &view, &target, 0)?;
+            raster.encode(&mut encoder, &mut timer, "camera", &buffers, [&target]);
             gpu.queue.submit([encoder.finish()]);
             let times = timer.finish()?;
-            let names: Vec<_> = times.iter().map(|t| t.name.as_str()).collect();
-            let expected: &[&str] = if timer.clock() == "off" { &[] } else { &["visibility", "resolve"] };
+            let names: Vec<_> = times.iter().map(|t| t.name).collect();
+            let expected: &[&str] = if timer.clock() == "off" { &[] } else { &["camera"] };
             assert_eq!(names, expected);
             assert!(times.iter().all(|t| t.ms.is_finite() && t.ms >= 0.0));
-            assert_eq!(target.read(&gpu.device, &gpu.queue)?.remove(0), untimed);
+            assert_eq!(target.read(&gpu.device, &gpu.queue)?, untimed);
         }
     }
     Ok(())

@@ -4,8 +4,6 @@ use glam::{Vec2, Vec3};
 use indirect_core::{GBuffer, View};
 use rsm::Rsm;
 
-use super::look::plane_project;
-
 /// Points of a segment that are looked at.
 pub(crate) const STEPS: u32 = 16;
 /// Halvings of the step in which a segment went behind a surface.
@@ -26,7 +24,7 @@ impl<'a> Depths<'a> {
 
 /// How far `p` lies behind what the view sees there, metres; negative before it, `None` outside of the image.
 pub(super) fn behind(depths: &Depths<'_>, p: Vec3) -> Option<f32> {
-    let at = plane_project(depths.view, p)?;
+    let at = depths.view.image_point(p)?;
     let [width, height] = depths.surface.size;
     let texel = at * Vec2::new(width as f32, height as f32);
     if !(texel.x >= 0.0 && texel.y >= 0.0 && texel.x < width as f32 && texel.y < height as f32) {

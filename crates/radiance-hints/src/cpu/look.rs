@@ -1,7 +1,6 @@
-//! Which samples a hint looks at, and from where; where a point falls on a view's image.
+//! Which samples a hint looks at, and from where.
 
-use glam::{UVec3, Vec2, Vec3};
-use indirect_core::{Projection, View};
+use glam::{UVec3, Vec3};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 
 use super::near::Near;
@@ -85,20 +84,4 @@ pub(super) fn place_of(position: Vec3, cell: Vec3, jitter: f32, shift: UVec3, k:
     let at = |axis: usize| unit_f32(shift[axis].wrapping_add(k.wrapping_mul(STEP[axis])));
     let offset = Vec3::new(at(0), at(1), at(2)) - 0.5;
     position + cell * offset * jitter
-}
-
-/// Where a world point falls on a view's image, `[0, 1]²` inside; `None` at or behind the eye.
-pub(super) fn plane_project(view: &View, p: Vec3) -> Option<Vec2> {
-    let d = p - view.origin;
-    let (local, z) = (Vec2::new(view.right.dot(d), view.up.dot(d)), view.forward.dot(d));
-    let plane = match view.projection {
-        Projection::Perspective { tan_half } => {
-            if z <= 0.0 {
-                return None;
-            }
-            local / z / tan_half
-        }
-        Projection::Orthographic { half_size } => local / half_size,
-    };
-    Some(Vec2::new(0.5 + 0.5 * plane.x, 0.5 - 0.5 * plane.y))
 }

@@ -10,7 +10,6 @@ pub(crate) mod near;
 mod occlusion;
 pub(crate) mod reconstruct;
 mod sample;
-mod smooth;
 pub(crate) mod stops;
 mod upsample;
 
@@ -19,6 +18,7 @@ use std::time::Instant;
 use glam::{Vec3, Vec4};
 use indirect_accel::Accel;
 use indirect_core::{GBuffer, Image, View};
+use indirect_filter::{Reduced, cpu::shade};
 use rsm::{Rsm, cpu::PassTime};
 
 pub use bounce::{bounce, bounce_seed, visibility};
@@ -28,9 +28,8 @@ pub use field::{Field, Plane, nearest_hint, pack};
 pub use look::Samples;
 pub use near::{Near, near};
 pub use occlusion::{occlusion, share_of_blocked, words};
-pub use reconstruct::{irradiance, low_size, reconstruct};
+pub use reconstruct::{irradiance, reconstruct};
 pub use sample::sample;
-pub use smooth::{Previous, smooth};
 pub use stops::stops;
 pub use upsample::upsample;
 
@@ -116,8 +115,11 @@ pub fn indirect(
         }
     });
     let field = Field { lattice, order: options.order, hints: &bounces[bounces.len() - 1] };
-    let low = timed(&mut passes, "reconstruct", || reconstruct(&field, camera, options.scale, params));
-    let irradiance = timed(&mut passes, "upsample", || upsample(&field, camera, &low, options.scale, params));
+    let reduced = Reduced::new(camera.size, options.scale.step());
+    let low =
+        timed(&mut passes, "reconstruct", || reconstruct(&field, camera, &reduced, params.reconstruction));
+    let irradiance =
+        timed(&mut passes, "upsample", || upsample(&field, camera, &reduced, &low, params.reconstruction));
     let image = timed(&mut passes, "shade", || shade(camera, &irradiance));
     Ok(Output { image, rsm, samples, near, blocked, stops, bounces, surroundings, low, irradiance, passes })
 }
@@ -127,11 +129,4 @@ fn timed<T>(passes: &mut Vec<PassTime>, name: &'static str, pass: impl FnOnce() 
     let result = pass();
     passes.push(PassTime { name, ms: start.elapsed().as_secs_f64() * 1e3 });
     result
-}
-
-/// `shade`: the radiance that leaves each pixel, `ρ/π · E`, W/(sr·m²), from the irradiance per pixel.
-#[must_use]
-pub fn shade(camera: &GBuffer, irradiance: &[Vec3]) -> Image {
-    let pixels = camera.albedo.iter().zip(irradiance).map(|(a, e)| *a * core::f32::consts::FRAC_1_PI * *e);
-    Image { size: camera.size, pixels: pixels.collect() }
 }

@@ -16,7 +16,7 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use rsm::{Level, Map, Rsm};
 
-use super::{look::plane_project, sample::sample_of_texel};
+use super::sample::sample_of_texel;
 use crate::{Lattice, Options, Sample, Window};
 
 /// Farthest surface that is near, in diagonals of a cell. This and the next chosen by measurement on the Cornell box.
@@ -68,7 +68,7 @@ fn near_in_map(
     let Map { view, surface, pyramid, .. } = &rsm.maps[map];
     let (position, diagonal) = (lattice.position(hint), lattice.place(hint).0.cell.length());
     let n = rsm.resolution;
-    let Some(plane) = plane_project(view, position) else { return };
+    let Some(plane) = view.image_point(position) else { return };
     // A hint beside what the light sees looks at the border.
     let at = (plane * n as f32).clamp(Vec2::ZERO, Vec2::splat(n as f32 - 0.5));
     let texel = (at.y as u32 * n + at.x as u32) as usize;

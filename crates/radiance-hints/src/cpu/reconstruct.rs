@@ -17,13 +17,14 @@
 
 use glam::Vec3;
 use indirect_core::{GBuffer, math::orthonormal_basis};
+use indirect_filter::Reduced;
 use rayon::prelude::*;
 
 use super::{
     bounce::cosine_lobe,
     field::{Field, Plane},
 };
-use crate::{Params, Reconstruction, Scale};
+use crate::Reconstruction;
 
 /// Sine and cosine of 80°.
 const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);
@@ -35,17 +36,6 @@ pub(crate) const NEAR_RADIUS: f32 = 0.3;
 pub(crate) const NEAR_LIFT: f32 = 0.08;
 pub(crate) const FAR_LIFT: f32 = 1.1;
 pub(crate) const MOST_GAIN: f32 = 0.2;
-
-/// Width and height of the buffer for an image of `size`.
-#[must_use]
-pub fn low_size(size: [u32; 2], scale: Scale) -> [u32; 2] {
-    size.map(|n| n.div_ceil(scale.step()))
-}
-
-/// The pixel, along one axis, that a texel of the buffer stands for.
-pub(super) fn pixel_of(texel: u32, step: u32, size: u32) -> u32 {
-    (texel * step + step / 2).min(size - 1)
-}
 
 /// Irradiance on the point `p` with the unit normal `n`, W/m².
 #[must_use]
@@ -83,20 +73,23 @@ pub fn irradiance(field: &Field<'_>, p: Vec3, n: Vec3, form: Reconstruction) -> 
     }
 }
 
-/// Irradiance per texel of a buffer of [`low_size`]; 0 where the camera sees nothing.
+/// Irradiance per texel of the smaller image of `reduced`, W/m², at the pixels that its texels sample; 0 where the camera sees
+/// nothing.
 #[must_use]
-pub fn reconstruct(field: &Field<'_>, camera: &GBuffer, scale: Scale, params: &Params) -> Vec<Vec3> {
-    let (size, step) = (low_size(camera.size, scale), scale.step());
-    let [width, height] = camera.size;
-    (0..size[0] * size[1])
+pub fn reconstruct(
+    field: &Field<'_>,
+    camera: &GBuffer,
+    reduced: &Reduced,
+    form: Reconstruction,
+) -> Vec<Vec3> {
+    (0..reduced.texels())
         .into_par_iter()
         .map(|i| {
-            let pixel = pixel_of(i / size[0], step, height) * width + pixel_of(i % size[0], step, width);
-            let pixel = pixel as usize;
+            let pixel = reduced.pixel_of([i % reduced.small[0], i / reduced.small[0]]) as usize;
             if !camera.is_surface(pixel) {
                 return Vec3::ZERO;
             }
-            irradiance(field, camera.position[pixel], camera.normal[pixel], params.reconstruction)
+            irradiance(field, camera.position[pixel], camera.normal[pixel], form)
         })
         .collect()
 }

@@ -11,7 +11,6 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use rsm::{Map, Rsm};
 
-use super::look::plane_project;
 use crate::{Lattice, Options, Sample, Sampling};
 
 /// [`Options::samples`] samples for each of [`Options::sets`] lists, list after list. A slot that found no reflecting texel
@@ -106,7 +105,7 @@ fn disc(rsm: &Rsm, hint: Vec3, slot: u32, fraction: f32, count: u32, seed: u32) 
     // As many samples as fall to this map.
     let share = (count - map).div_ceil(maps);
     let n = rsm.resolution as f32;
-    let Some(centre) = plane_project(&rsm.maps[map as usize].view, hint) else { return Sample::default() };
+    let Some(centre) = rsm.maps[map as usize].view.image_point(hint) else { return Sample::default() };
     let radius = (fraction * core::f32::consts::FRAC_1_PI).sqrt();
     let u = sobol::sample_2d(k / maps, hash_combine(seed, list));
     let at = (centre + mapping::disc_concentric(u) * radius) * n;

@@ -15,8 +15,8 @@ pub use smooth::{Smooth, SmoothResources};
 pub use twins::twins;
 
 use indirect_gpu::shaders::{
-    RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_OCCLUSION, RADIANCE_HINTS_RECONSTRUCT,
-    RADIANCE_HINTS_SAMPLE, RADIANCE_HINTS_STOPS, RADIANCE_HINTS_UPSAMPLE, RSM_SHADE,
+    FILTER_SHADE, RADIANCE_HINTS_BOUNCE, RADIANCE_HINTS_ESTIMATE, RADIANCE_HINTS_OCCLUSION,
+    RADIANCE_HINTS_RECONSTRUCT, RADIANCE_HINTS_SAMPLE, RADIANCE_HINTS_STOPS, RADIANCE_HINTS_UPSAMPLE,
 };
 use indirect_gpu::wgpu::{CommandEncoder, Device};
 use indirect_gpu::{Kernel, PassTimer, SceneBuffers, workgroups_1d};
@@ -75,7 +75,7 @@ impl RadianceHints {
             bounce: (options.bounces > 1).then(|| bounces.map(|entry| kernel(&RADIANCE_HINTS_BOUNCE, entry))),
             reconstruct: kernel(&RADIANCE_HINTS_RECONSTRUCT, "reconstruct"),
             upsample: (options.scale != Scale::Full).then(|| kernel(&RADIANCE_HINTS_UPSAMPLE, "upsample")),
-            shade: kernel(&RSM_SHADE, "shade"),
+            shade: kernel(&FILTER_SHADE, "shade"),
         })
     }
 

@@ -1,5 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 use indirect_core::{Light, View};
+use indirect_filter::Reduced;
 use indirect_gpu::layout::ViewUniform;
 use indirect_gpu::wgpu::{BindGroup, Buffer, Device, Queue};
 use indirect_gpu::{GBufferTarget, GpuError, Vec3Pad, empty_storage_buffer, uniform_buffer};
@@ -30,18 +31,6 @@ pub(crate) struct DepthCopy {
     pub(crate) count: u32,
     pub(crate) pad0: u32,
     pub(crate) pad1: u32,
-}
-
-/// The image and the smaller buffer, as `target.wgsl` declares it.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct Target {
-    pub(crate) size: [u32; 2],
-    pub(crate) small: [u32; 2],
-    pub(crate) step: u32,
-    pub(crate) pad0: u32,
-    pub(crate) pad1: u32,
-    pub(crate) pad2: u32,
 }
 
 /// What the visibility test binds.
@@ -129,16 +118,8 @@ impl Resources {
         })?;
         let texels = options.resolution * options.resolution;
         let [width, height] = camera.size();
-        let step = options.scale.step();
-        let target = Target {
-            size: [width, height],
-            small: [width.div_ceil(step), height.div_ceil(step)],
-            step,
-            pad0: 0,
-            pad1: 0,
-            pad2: 0,
-        };
-        let (pixels, low_count) = (width * height, target.small[0] * target.small[1]);
+        let reduced = Reduced::new([width, height], options.scale.step());
+        let (pixels, low_count) = (width * height, reduced.texels());
 
         let settings = uniform_buffer(device, "radiance hints settings", &Settings::zeroed());
         let lattice_buffer = uniform_buffer(device, "radiance hints lattice", &LatticeUniform::zeroed());
@@ -298,7 +279,7 @@ impl Resources {
                 })
                 .collect(),
         };
-        let target = uniform_buffer(device, "radiance hints target", &target);
+        let reduced = uniform_buffer(device, "radiance hints reduced", &reduced);
         let field = &volumes[volume_of(options.bounces)];
         let mut read = vec![
             (0, settings.as_entire_binding()),
@@ -306,7 +287,7 @@ impl Resources {
             (2, field.as_entire_binding()),
             (3, camera.position.as_entire_binding()),
             (4, camera.normal.as_entire_binding()),
-            (5, target.as_entire_binding()),
+            (5, reduced.as_entire_binding()),
             (6, low.as_entire_binding()),
         ];
         let reconstruct_group = hints.reconstruct.bind(device, 0, &read);
@@ -497,7 +478,7 @@ mod tests {
     fn structs_lie_in_memory_as_in_wgsl() {
         assert_layout!(RADIANCE_HINTS_SAMPLE, "MapIndex" = MapIndex { map, slots, pad0, pad1 });
         assert_layout!(RADIANCE_HINTS_OCCLUSION, "DepthCopy" = DepthCopy { first, count, pad0, pad1 });
-        assert_layout!(RADIANCE_HINTS_RECONSTRUCT, "Target" = Target { size, small, step, pad0, pad1, pad2 });
+        assert_layout!(RADIANCE_HINTS_RECONSTRUCT, "Reduced" = Reduced { size, small, step, pad0 });
         assert_layout!(
             RADIANCE_HINTS_SAMPLE,
             "Sample" = Sample { position, area, normal, map, flux, texel, incident, pad1 }

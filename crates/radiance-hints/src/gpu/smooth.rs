@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use indirect_core::View;
 use indirect_gpu::layout::ViewUniform;
-use indirect_gpu::shaders::RADIANCE_HINTS_SMOOTH;
+use indirect_gpu::shaders::FILTER_SMOOTH;
 use indirect_gpu::wgpu::{BindGroup, Buffer, CommandEncoder, Device, Queue};
 use indirect_gpu::{
     GBufferTarget, Kernel, PassTimer, Vec3Pad, empty_storage_buffer, uniform_buffer, workgroups_1d,
@@ -30,7 +30,7 @@ impl Smooth {
     /// Builds the pipeline.
     #[must_use]
     pub fn new(device: &Device) -> Self {
-        Self { kernel: Kernel::new(device, &RADIANCE_HINTS_SMOOTH, "smooth_pixels", &[]) }
+        Self { kernel: Kernel::new(device, &FILTER_SMOOTH, "smooth_pixels", &[]) }
     }
 
     /// Smooths one frame: from the irradiance that `resources` were made for to [`SmoothResources::smoothed`], which the next
@@ -133,6 +133,6 @@ mod tests {
 
     #[test]
     fn struct_lies_in_memory_as_in_wgsl() {
-        assert_layout!(RADIANCE_HINTS_SMOOTH, "Smooth" = SmoothUniform { factor, pad0, pad1, pad2 });
+        assert_layout!(FILTER_SMOOTH, "Smooth" = SmoothUniform { factor, pad0, pad1, pad2 });
     }
 }

@@ -2,118 +2,68 @@
 
 mod flux;
 mod gather;
+mod kernel;
 mod pyramid;
+mod receivers;
 mod simd;
 mod vpls;
 
-use std::time::Instant;
-
-use glam::Vec3;
 use indirect_accel::{Accel, cast};
-use indirect_core::{GBuffer, Image};
+use indirect_core::Scene;
+use indirect_core::settings::BadOption;
 
 pub use flux::{MIN_FOOTPRINT_COSINE, flux, texel_solid_angle};
-pub use gather::{CHUNK, Receivers, gather, shade};
+pub use gather::gather;
+pub use kernel::CHUNK;
 pub use pyramid::pyramid;
+pub use receivers::Receivers;
 pub use vpls::{compact, vpls};
 
 use crate::{
     Error,
-    layout::{LightMap, Vpl},
-    params::{Options, Params},
-    rsm::{Map, Rsm},
+    layout::LightMap,
+    rsm::{MAX_RESOLUTION, Map, Pyramid, Rsm},
     views::views,
 };
 
-/// Time that a pass took.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PassTime {
-    /// Name of the pass.
-    pub name: &'static str,
-    /// Wall time, milliseconds.
-    pub ms: f64,
+/// The reflective shadow maps of all lights of the scene, `resolution` texels along each side: all three passes.
+///
+/// # Errors
+/// [`Error::BadOption`] where `resolution` is not in `1..=`[`MAX_RESOLUTION`].
+pub fn generate(accel: &Accel<'_>, resolution: u32) -> Result<Rsm, Error> {
+    if !(1..=MAX_RESOLUTION).contains(&resolution) {
+        return Err(BadOption::new("resolution", resolution, "in 1..=8192").into());
+    }
+    let mut rsm = surface(accel, resolution);
+    flux_of_maps(&mut rsm, accel.scene());
+    pyramid_of_maps(&mut rsm);
+    Ok(rsm)
 }
 
-/// The indirect light of a frame and everything that was computed on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Output {
-    /// Indirect radiance that leaves each pixel, W/(sr·m²); 0 where the camera sees nothing.
-    pub image: Image,
-    /// The maps.
-    pub rsm: Rsm,
-    /// One VPL per slot of the selection, unlit slots included.
-    pub slots: Vec<Vpl>,
-    /// The VPLs with flux.
-    pub vpls: Vec<Vpl>,
-    /// The pixels that see a surface, as indices into the camera's G-buffer.
-    pub texels: Vec<u32>,
-    /// Irradiance on each of them, W/m².
-    pub irradiance: Vec<Vec3>,
-    /// Time per pass, in order.
-    pub passes: Vec<PassTime>,
+/// `surface`: what the lights see, through the windows of [`views`]. The maps carry no light yet.
+#[must_use]
+pub fn surface(accel: &Accel<'_>, resolution: u32) -> Rsm {
+    let map = |v: crate::MapView| Map {
+        light: v.light,
+        view: v.view,
+        surface: cast::gbuffer(accel, &v.view, [resolution; 2]),
+        texels: Vec::new(),
+        pyramid: Pyramid::default(),
+    };
+    Rsm { resolution, maps: views(accel.scene()).into_iter().map(map).collect() }
 }
 
-/// Runs passes and notes their time.
-#[derive(Default)]
-struct Clock(Vec<PassTime>);
-
-impl Clock {
-    fn time<T>(&mut self, name: &'static str, pass: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let result = pass();
-        let ms = start.elapsed().as_secs_f64() * 1e3;
-        match self.0.iter_mut().find(|p| p.name == name) {
-            Some(p) => p.ms += ms,
-            None => self.0.push(PassTime { name, ms }),
-        }
-        result
+/// [`flux`] of every map.
+pub fn flux_of_maps(rsm: &mut Rsm, scene: &Scene) {
+    for m in &mut rsm.maps {
+        let map = LightMap::new(&scene.lights[m.light], &m.view, rsm.resolution);
+        m.texels = flux(&map, &m.surface);
     }
 }
 
-/// The reflective shadow maps of all lights of the scene.
-///
-/// # Errors
-/// [`Error::BadOption`] where `options` are out of range.
-pub fn generate(accel: &Accel<'_>, options: &Options) -> Result<Rsm, Error> {
-    options.validate()?;
-    Ok(generate_timed(accel, options.resolution, &mut Clock::default()))
-}
-
-fn generate_timed(accel: &Accel<'_>, resolution: u32, clock: &mut Clock) -> Rsm {
-    let scene = accel.scene();
-    let maps = clock.time("views", || views(scene));
-    let maps = maps
-        .into_iter()
-        .map(|v| {
-            let surface = clock.time("surface", || cast::gbuffer(accel, &v.view, [resolution; 2]));
-            let map = LightMap::new(&scene.lights[v.light], &v.view, resolution);
-            let texels = clock.time("flux", || flux(&map, &surface));
-            let pyramid = clock.time("pyramid", || pyramid(&surface, &texels));
-            Map { light: v.light, view: v.view, surface, texels, pyramid }
-        })
-        .collect();
-    Rsm { resolution, maps }
-}
-
-/// One bounce of all lights of the scene, gathered at the pixels of `camera` without indirect visibility.
-///
-/// # Errors
-/// [`Error::BadOption`] where `options` are out of range.
-pub fn indirect(
-    accel: &Accel<'_>,
-    camera: &GBuffer,
-    options: &Options,
-    params: &Params,
-) -> Result<Output, Error> {
-    options.validate()?;
-    let mut clock = Clock::default();
-    let rsm = generate_timed(accel, options.resolution, &mut clock);
-    let slots = clock.time("vpls", || vpls(&rsm, options.selection, &options.selection.points(params.seed)));
-    let vpls = clock.time("compact", || compact(&slots));
-    let (texels, irradiance) = clock.time("gather", || {
-        let (receivers, texels) = Receivers::of_surface(camera);
-        (texels, gather(&vpls, &receivers, params.form))
-    });
-    let image = clock.time("shade", || shade(camera, &texels, &irradiance));
-    Ok(Output { image, rsm, slots, vpls, texels, irradiance, passes: clock.0 })
+/// [`pyramid`] of every map.
+pub fn pyramid_of_maps(rsm: &mut Rsm) {
+    for m in &mut rsm.maps {
+        m.pyramid = pyramid(&m.surface, &m.texels);
+    }
 }

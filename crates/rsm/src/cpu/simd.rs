@@ -6,7 +6,8 @@
 
 #![allow(unsafe_code, reason = "calling a #[target_feature] function after detecting the feature")]
 
-use super::gather::{Block, Lanes, gather_block};
+use super::kernel::gather_block;
+use super::receivers::{Block, Lanes};
 use crate::layout::Vpl;
 
 /// The gather's kernel for an instruction set that this processor has.
@@ -64,7 +65,7 @@ mod tests {
                 Vpl::new(Vec3::new(t.cos(), 2.0, (2.0 * t).sin()), n, Vec3::new(1.0, t, 0.1), 0.01 * t)
             })
             .collect();
-        let receivers: super::super::gather::Receivers =
+        let receivers: super::super::receivers::Receivers =
             (0..8).map(|i| (Vec3::X * 0.3 * i as f32, Vec3::Y)).collect();
         let block = receivers.first_block();
         let baseline = Kernel(InstructionSet::Baseline).gather_block(&vpls, block, 1.0);

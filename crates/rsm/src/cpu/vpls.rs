@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use crate::{
     layout::{Node, Vpl},
-    params::Selection,
     rsm::{Map, Rsm},
+    selection::Selection,
 };
 
 /// One VPL per slot; a slot that found no reflecting texel holds [`Vpl::default`], whose flux is 0.

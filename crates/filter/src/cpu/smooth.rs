@@ -1,20 +1,19 @@
-//! `smooth`: a frame's irradiance blended with that of the frames before (Radiance Hints §9.1, factor 0.5).
+//! `smooth`: a frame's irradiance blended with that of the frames before, by an exponential moving average along the
+//! reprojected pixels (Papaioannou 2011, "Real-Time Diffuse Global Illumination Using Radiance Hints", §9.1, factor 0.5).
 
 use glam::Vec3;
 use indirect_core::{GBuffer, View};
 use rayon::prelude::*;
 
-use super::look::plane_project;
-
 /// How far the depth that the last frame saw may be from the one expected there, as a share of it.
-const DEPTH_TOLERANCE: f32 = 0.02;
+pub const DEPTH_TOLERANCE: f32 = 0.02;
 
 /// The frame before.
 #[derive(Debug, Clone, Copy)]
 pub struct Previous<'a> {
     /// Its camera.
     pub view: &'a View,
-    /// Its width and height, pixels; need not be those of the present one. Arrays of another length have nothing to say.
+    /// Its width and height, pixels; need not be those of the present one. Arrays of another length are ignored.
     pub size: [u32; 2],
     /// View depth per pixel, metres; 0 where it saw nothing.
     pub depth: &'a [f32],
@@ -22,7 +21,8 @@ pub struct Previous<'a> {
     pub irradiance: &'a [Vec3],
 }
 
-/// `current` blended with what the frame before had at the same surface: `factor` of the past, `[0, 1)`, 0.5 in the paper.
+/// `current` blended with what the frame before had at the same surface: `factor` is the share of the past, `[0, 1)`, 0.5 in
+/// the paper. All irradiance in W/m².
 ///
 /// Where a pixel's surface was outside of the last image, or behind what it saw there, or the past is not finite, the present
 /// stands alone.
@@ -41,7 +41,7 @@ fn smooth_pixel(current: Vec3, camera: &GBuffer, previous: &Previous<'_>, factor
         return current;
     }
     let p = camera.position[i];
-    let Some(at) = plane_project(previous.view, p) else { return current };
+    let Some(at) = previous.view.image_point(p) else { return current };
     let expected = previous.view.forward.dot(p - previous.view.origin);
     // Between the centres of four pixels.
     let (x, y) = (at.x * width as f32 - 0.5, at.y * height as f32 - 0.5);

@@ -5,9 +5,10 @@
 use glam::{Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Light, LightKind, Material, Projection, Scene, View};
-use rsm::{Options, Params, cpu};
+use indirect_technique::cpu::run;
+use rsm_gather::{Output, RsmGather, Setup, cpu::Frame};
 
-fn main() -> Result<(), rsm::Error> {
+fn main() {
     let mut scene =
         Scene { materials: vec![Material::diffuse("grey", Vec3::splat(0.5))], ..Scene::default() };
     let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
@@ -25,7 +26,8 @@ fn main() -> Result<(), rsm::Error> {
     let view = View::look_to(Vec3::new(0.0, 1.0, 3.0), -z, y, projection, 0.1, 10.0);
     let camera = cast::gbuffer(&accel, &view, [64, 64]);
 
-    let light = cpu::indirect(&accel, &camera, &Options::default(), &Params::default())?;
+    let (setup, mut light) = (Setup::default(), Output::default());
+    let passes = run::<RsmGather>(&Frame::new(&accel, &view, &camera, &setup), &mut light);
     println!("mean indirect radiance {:.4} W/(sr·m²)", light.image.mean().x);
     println!(
         "{} maps, {} VPLs, {:.4} W reflected",
@@ -33,8 +35,7 @@ fn main() -> Result<(), rsm::Error> {
         light.vpls.len(),
         light.rsm.reflected().x
     );
-    for pass in &light.passes {
+    for pass in &passes {
         println!("{:>8} {:6.2} ms", pass.name, pass.ms);
     }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 // smooth: a frame's irradiance blended with that of the frames before, reprojected.
-// Twin: crates/radiance-hints/src/cpu/smooth.rs.
-// Papaioannou 2011, §9.1.
+// Twin: crates/filter/src/cpu/smooth.rs.
+// Source: Papaioannou 2011, "Real-Time Diffuse Global Illumination Using Radiance Hints", §9.1.
 
 struct Smooth {
     /// Share of the past.
@@ -45,7 +45,7 @@ fn smooth_pixel(i: u32) -> vec3<f32> {
     }
     let now = current[i].xyz;
     let p = positions[i].xyz;
-    let at = plane_project(view, p);
+    let at = view_image_point(view, p);
     if at.z <= 0.0 {
         return now;
     }

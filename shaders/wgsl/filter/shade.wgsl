@@ -1,5 +1,5 @@
 // shade: the radiance that leaves each pixel, ρ/π · E.
-// Twin: shade in crates/rsm/src/cpu/gather.rs.
+// Twin: shade in crates/filter/src/cpu/shade.rs.
 
 @group(0) @binding(0) var<storage, read> albedos: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read> irradiance: array<vec4<f32>>;

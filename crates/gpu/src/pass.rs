@@ -1,0 +1,182 @@
+use indirect_shaders::Module;
+use wgpu::{BindGroup, Buffer, CommandEncoder, RenderPipeline, TextureView};
+
+use crate::{
+    GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d,
+};
+
+/// A pass of a technique: steps that are timed and compared together. It is made once and encoded each frame, for which it
+/// allocates nothing.
+#[derive(Debug)]
+pub struct Pass {
+    name: &'static str,
+    steps: Vec<Step>,
+}
+
+#[derive(Debug)]
+enum Step {
+    Compute { kernel: Kernel, group: BindGroup, workgroups: Workgroups },
+    Surface { raster: Raster, target: GBufferTarget },
+    Draw { pipeline: RenderPipeline, group: BindGroup, target: TextureView, arguments: Buffer, offset: u64 },
+    Copy { from: Buffer, from_offset: u64, to: Buffer, to_offset: u64, bytes: u64 },
+}
+
+#[derive(Debug)]
+enum Workgroups {
+    Count([u32; 3]),
+    Indirect(Buffer, u64),
+}
+
+impl Pass {
+    /// A pass without steps.
+    #[must_use]
+    pub const fn new(name: &'static str) -> Self {
+        Self { name, steps: Vec::new() }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Whether there is nothing to do.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.steps.is_empty()
+    }
+
+    /// Adds a dispatch of so many invocations in one dimension, which binds in group 0 what the entry point uses by the names
+    /// that WGSL gives it; see [`bind_group`](crate::bind_group).
+    ///
+    /// # Errors
+    /// As there, and [`GpuError::Limit`] for more invocations than a dispatch can have.
+    pub fn compute(
+        &mut self,
+        pipelines: &Pipelines,
+        (module, entry_point): (&Module, &'static str),
+        invocations: u64,
+        lists: &[&[Named<'_>]],
+    ) -> Result<(), GpuError> {
+        let kernel = pipelines.kernel(module, entry_point);
+        let [x, y, z] = kernel.workgroup_size();
+        let workgroups = Workgroups::Count(workgroups_1d(invocations, x * y * z)?);
+        self.push(pipelines, kernel, workgroups, lists)
+    }
+
+    /// [`Self::compute`] with workgroups that the GPU counted: three `u32` at byte `offset` of `arguments`.
+    ///
+    /// # Errors
+    /// As [`bind_group`](crate::bind_group).
+    pub fn compute_indirect(
+        &mut self,
+        pipelines: &Pipelines,
+        (module, entry_point): (&Module, &'static str),
+        (arguments, offset): (&Buffer, u64),
+        lists: &[&[Named<'_>]],
+    ) -> Result<(), GpuError> {
+        let kernel = pipelines.kernel(module, entry_point);
+        self.push(pipelines, kernel, Workgroups::Indirect(arguments.clone(), offset), lists)
+    }
+
+    fn push(
+        &mut self,
+        pipelines: &Pipelines,
+        kernel: Kernel,
+        workgroups: Workgroups,
+        lists: &[&[Named<'_>]],
+    ) -> Result<(), GpuError> {
+        let group = kernel.group(pipelines.device(), 0, lists)?;
+        self.steps.push(Step::Compute { kernel, group, workgroups });
+        Ok(())
+    }
+
+    /// Adds the drawing of a G-buffer; nothing to do where [`Self::encode`] is given no scene.
+    pub fn surface(&mut self, pipelines: &Pipelines, target: &GBufferTarget) {
+        self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
+    }
+
+    /// Adds an indirect draw with the arguments at byte `offset` of `arguments`, into a target that is cleared to 0 before.
+    pub fn draw(
+        &mut self,
+        pipeline: &RenderPipeline,
+        group: BindGroup,
+        target: &TextureView,
+        (arguments, offset): (&Buffer, u64),
+    ) {
+        let (pipeline, target, arguments) = (pipeline.clone(), target.clone(), arguments.clone());
+        self.steps.push(Step::Draw { pipeline, group, target, arguments, offset });
+    }
+
+    /// Adds a copy of `bytes` bytes between two buffers, each with the byte at which to begin.
+    pub fn copy(&mut self, (from, from_offset): (&Buffer, u64), (to, to_offset): (&Buffer, u64), bytes: u64) {
+        let (from, to) = (from.clone(), to.clone());
+        self.steps.push(Step::Copy { from, from_offset, to, to_offset, bytes });
+    }
+
+    /// Encodes all steps in order.
+    pub fn encode(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, scene: Option<&SceneBuffers>) {
+        let mut rest = &self.steps[..];
+        while let Some(first) = rest.first() {
+            // Steps of one kind share what they can: dispatches one compute pass, G-buffers one pass that resolves them.
+            let same = |s: &&Step| core::mem::discriminant(*s) == core::mem::discriminant(first);
+            let (run, others) = rest.split_at(rest.iter().take_while(same).count());
+            rest = others;
+            match first {
+                Step::Compute { .. } => timer.compute(encoder, self.name, |pass| {
+                    for step in run {
+                        let Step::Compute { kernel, group, workgroups } = step else { continue };
+                        kernel.set(pass, core::iter::once(group));
+                        match workgroups {
+                            Workgroups::Count([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
+                            Workgroups::Indirect(buffer, offset) => {
+                                pass.dispatch_workgroups_indirect(buffer, *offset);
+                            }
+                        }
+                    }
+                }),
+                Step::Surface { raster, .. } => {
+                    let targets = run.iter().filter_map(|s| match s {
+                        Step::Surface { target, .. } => Some(target),
+                        _ => None,
+                    });
+                    if let Some(scene) = scene {
+                        raster.encode(encoder, timer, self.name, scene, targets);
+                    }
+                }
+                Step::Draw { .. } => {
+                    for step in run {
+                        step.encode_draw(encoder, timer, self.name);
+                    }
+                }
+                Step::Copy { .. } => {
+                    for step in run {
+                        let Step::Copy { from, from_offset, to, to_offset, bytes } = step else { continue };
+                        encoder.copy_buffer_to_buffer(from, *from_offset, to, *to_offset, *bytes);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Step {
+    fn encode_draw(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, name: &'static str) {
+        let Self::Draw { pipeline, group, target, arguments, offset } = self else { return };
+        let ops = wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        };
+        let attachment =
+            wgpu::RenderPassColorAttachment { view: target, depth_slice: None, resolve_target: None, ops };
+        let descriptor = wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(attachment)],
+            ..wgpu::RenderPassDescriptor::default()
+        };
+        timer.render(encoder, name, &descriptor, |pass| {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.draw_indirect(arguments, *offset);
+        });
+    }
+}

@@ -1,0 +1,91 @@
+//! Frames on wgpu.
+
+use indirect_core::settings::Settings;
+use indirect_gpu::wgpu::{Buffer, Device, Queue};
+use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, buffers};
+use rsm::Selection;
+use rsm::gpu::{Maps, VplList, VplSlots};
+
+pub use indirect_technique::gpu::{GpuTechnique, Inputs};
+
+use crate::{Error, RsmGather, Setup};
+
+/// Buffers and passes of the technique.
+pub type Resources = indirect_technique::gpu::Resources<RsmGather>;
+
+/// What the lengths of buffers follow from.
+#[derive(Debug, Clone, Copy)]
+pub struct Sizes {
+    pub(crate) pixels: u64,
+    resolution: u32,
+    maps: usize,
+    selection: Selection,
+}
+
+buffers! {
+    /// Buffers of the camera's pixels.
+    pub struct ImageBuffers for Sizes {
+        /// Irradiance, W/m², and 0.
+        irradiance: [Vec3Pad] = |s| s.pixels;
+        /// Indirect radiance that leaves each, W/(sr·m²), and 0.
+        image: [Vec3Pad] = |s| s.pixels;
+    }
+}
+
+/// All buffers.
+#[derive(Debug)]
+pub struct Buffers {
+    /// The maps.
+    pub rsm: Maps,
+    /// The VPLs that were drawn.
+    pub slots: VplSlots,
+    /// Those with flux.
+    pub list: VplList,
+    /// Irradiance and image.
+    pub own: ImageBuffers,
+}
+
+impl GpuTechnique for RsmGather {
+    fn sizes(setup: &Setup, [width, height]: [u32; 2], maps: usize) -> Sizes {
+        let pixels = u64::from(width) * u64::from(height);
+        Sizes { pixels, resolution: setup.options.resolution, maps, selection: setup.options.selection() }
+    }
+
+    fn plan(s: &Sizes) -> Plan {
+        let slots = s.selection.slot_count(s.maps, s.resolution) as u64;
+        let lights = VplSlots::plan(s.selection, s.resolution, s.maps).and(VplList::plan(slots));
+        Maps::plan(s.resolution, s.maps).and(lights).and(ImageBuffers::plan(s))
+    }
+
+    fn allocate(device: &Device, _: &Queue, s: &Sizes, _: &Setup) -> Result<Buffers, GpuError> {
+        let slots = VplSlots::new(device, s.selection, s.resolution, s.maps)?;
+        Ok(Buffers {
+            rsm: Maps::new(device, s.resolution, s.maps)?,
+            list: VplList::new(device, slots.count())?,
+            slots,
+            own: ImageBuffers::new(device, s)?,
+        })
+    }
+
+    fn named(buffers: &Buffers) -> Vec<Named<'_>> {
+        buffers.own.named()
+    }
+
+    fn prepare(
+        buffers: &mut Buffers,
+        queue: &Queue,
+        inputs: &Inputs<'_>,
+        setup: &Setup,
+    ) -> Result<(), Error> {
+        setup.params.validate()?;
+        buffers.rsm.prepare(queue, inputs.lights, inputs.views)?;
+        buffers.slots.prepare(queue, setup.params.seed);
+        let receivers = (buffers.own.image.size() / size_of::<Vec3Pad>() as u64) as u32;
+        buffers.list.prepare(queue, receivers, setup.params.form);
+        Ok(())
+    }
+
+    fn image_buffer(buffers: &Buffers) -> &Buffer {
+        &buffers.own.image
+    }
+}

@@ -1,0 +1,13 @@
+#![doc = include_str!("../README.md")]
+
+#[cfg(feature = "cpu")]
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+
+mod passes;
+mod settings;
+
+pub use passes::{Output, RsmGather, Setup};
+pub use rsm::{Error, Form, Select};
+pub use settings::{Options, Params};

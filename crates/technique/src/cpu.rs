@@ -1,0 +1,43 @@
+//! Frames on the CPU.
+
+use std::time::Instant;
+
+use indirect_accel::Accel;
+use indirect_core::{GBuffer, PassTime, View};
+
+use crate::{Frame, Technique};
+
+/// A technique that is made ready for a scene on the CPU.
+pub trait Fit: Technique {
+    /// Settings with what the scene adds to them: bounds, what surrounds it, whatever rays tell.
+    ///
+    /// # Errors
+    /// Where a setting is out of range.
+    fn fit(
+        accel: &Accel<'_>,
+        options: Self::Options,
+        params: Self::Params,
+    ) -> Result<Self::Setup, Self::Error>;
+}
+
+impl<'a, S> Frame<'a, S> {
+    /// A frame of what `view` sees, which is `camera`.
+    #[must_use]
+    pub fn new(accel: &'a Accel<'a>, view: &'a View, camera: &'a GBuffer, setup: &'a S) -> Self {
+        Self { accel, scene: accel.scene(), view, camera, setup }
+    }
+}
+
+/// Runs all passes of a frame and returns their times. `output` is that of the frame before, or a new one: a technique that looks
+/// back finds its past there.
+pub fn run<T: Technique>(frame: &Frame<'_, T::Setup>, output: &mut T::Output) -> Vec<PassTime> {
+    let mut times = Vec::new();
+    for row in T::rows() {
+        for number in 0..row.times(frame.setup) {
+            let start = Instant::now();
+            row.run_cpu(frame, output, number);
+            PassTime::add(&mut times, row.name(), start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    times
+}

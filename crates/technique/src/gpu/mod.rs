@@ -1,0 +1,225 @@
+//! Frames on the GPU. The caller owns device, queue and encoder; nothing here submits or blocks but [`run_both`], which is for
+//! tools.
+
+mod both;
+mod exchange;
+
+use indirect_core::settings::BadOption;
+use indirect_core::{Light, MapView, View};
+use indirect_gpu::shaders::Module;
+use indirect_gpu::wgpu::{Buffer, CommandEncoder, Device, Limits, Queue};
+use indirect_gpu::{GBufferTarget, GpuError, Named, Pass, PassTimer, Pipelines, Plan, SceneBuffers};
+
+pub use both::{Backend, run_both, twins};
+pub use exchange::{Data, Exchange, Twin};
+
+use crate::Technique;
+
+/// A technique that runs on the GPU.
+pub trait GpuTechnique: Technique<Error: From<GpuError>> {
+    /// What the lengths of buffers follow from, for an image of `size` pixels and so many maps of lights.
+    fn sizes(setup: &Self::Setup, size: [u32; 2], maps: usize) -> Self::Sizes;
+
+    /// All buffers and textures, those of the maps among them.
+    fn plan(sizes: &Self::Sizes) -> Plan;
+
+    /// Makes them, and fills those that never change.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`].
+    fn allocate(
+        device: &Device,
+        queue: &Queue,
+        sizes: &Self::Sizes,
+        setup: &Self::Setup,
+    ) -> Result<Self::Buffers, GpuError>;
+
+    /// What kernels bind by name where a pass does not say otherwise.
+    fn named(buffers: &Self::Buffers) -> Vec<Named<'_>>;
+
+    /// Writes what changes from frame to frame.
+    ///
+    /// # Errors
+    /// Where parameters are out of range, or lights and views do not fit the buffers.
+    fn prepare(
+        buffers: &mut Self::Buffers,
+        queue: &Queue,
+        inputs: &Inputs<'_>,
+        setup: &Self::Setup,
+    ) -> Result<(), Self::Error>;
+
+    /// `array<vec4<f32>>`: indirect radiance that leaves each pixel, W/(sr·m²), and 0.
+    fn image_buffer(buffers: &Self::Buffers) -> &Buffer;
+}
+
+/// What a frame on the GPU is given, beside the scene and the camera's G-buffer.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The scene's lights.
+    pub lights: &'a [Light],
+    /// The windows through which they see the scene.
+    pub views: &'a [MapView],
+    /// The camera.
+    pub camera: &'a View,
+}
+
+/// What a row is given to add its steps.
+pub struct Build<'a, T: Technique> {
+    /// Pipelines by module and entry point.
+    pub pipelines: &'a Pipelines,
+    /// For what is written once.
+    pub queue: &'a Queue,
+    /// Lengths of the buffers.
+    pub sizes: &'a T::Sizes,
+    /// The buffers.
+    pub buffers: &'a T::Buffers,
+    /// Settings, and what was fitted to the scene.
+    pub setup: &'a T::Setup,
+    /// What the camera sees.
+    pub camera: &'a GBufferTarget,
+    named: Vec<Named<'a>>,
+}
+
+impl<T: Technique> Build<'_, T> {
+    /// [`Pass::compute`] with the technique's named buffers, behind which `own` are looked up first.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn compute(
+        &self,
+        pass: &mut Pass,
+        entry: (&Module, &'static str),
+        invocations: u64,
+        own: &[Named<'_>],
+    ) -> Result<(), GpuError> {
+        pass.compute(self.pipelines, entry, invocations, &[&self.named, own])
+    }
+
+    /// [`Pass::compute_indirect`], likewise.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn compute_indirect(
+        &self,
+        pass: &mut Pass,
+        entry: (&Module, &'static str),
+        arguments: (&Buffer, u64),
+        own: &[Named<'_>],
+    ) -> Result<(), GpuError> {
+        pass.compute_indirect(self.pipelines, entry, arguments, &[&self.named, own])
+    }
+
+    /// What kernels bind by name where a pass does not say otherwise: the technique's buffers.
+    #[must_use]
+    pub fn named(&self) -> &[Named<'_>] {
+        &self.named
+    }
+}
+
+/// Buffers and passes of a technique for one image size and number of maps; every intermediate result can be read back.
+pub struct Resources<T: GpuTechnique> {
+    /// The buffers.
+    pub buffers: T::Buffers,
+    /// In order, with the number of the row and of its run.
+    passes: Vec<(usize, u32, Pass)>,
+    options: T::Options,
+    camera: GBufferTarget,
+    bytes: u64,
+}
+
+impl<T: GpuTechnique> Resources<T> {
+    /// What will be allocated.
+    #[must_use]
+    pub fn plan(setup: &T::Setup, size: [u32; 2], maps: usize) -> Plan {
+        T::plan(&T::sizes(setup, size, maps))
+    }
+
+    /// The limits that a device must have for an image of `size` pixels and so many maps: WebGPU's defaults, raised where a
+    /// buffer is larger.
+    #[must_use]
+    pub fn required_limits(setup: &T::Setup, size: [u32; 2], maps: usize) -> Limits {
+        Self::plan(setup, size, maps).required_limits()
+    }
+
+    /// Buffers for `maps` maps, as many as the lights have views, and the pixels of `camera`, whose buffers they refer to from
+    /// now on. Pipelines that are not there yet are compiled.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] where the device cannot hold them.
+    pub fn new(
+        pipelines: &Pipelines,
+        queue: &Queue,
+        setup: &T::Setup,
+        maps: usize,
+        camera: &GBufferTarget,
+    ) -> Result<Self, T::Error> {
+        let device = pipelines.device();
+        let sizes = T::sizes(setup, camera.size(), maps);
+        let plan = T::plan(&sizes);
+        plan.check(&device.limits())?;
+        let buffers = T::allocate(device, queue, &sizes, setup)?;
+        let mut passes = Vec::new();
+        {
+            let mut named: Vec<_> = camera.named().into();
+            named.extend(T::named(&buffers));
+            let build = Build { pipelines, queue, sizes: &sizes, buffers: &buffers, setup, camera, named };
+            for (i, row) in T::rows().iter().enumerate() {
+                for number in 0..row.times(setup) {
+                    passes.push((i, number, row.build(&build, number)?));
+                }
+            }
+        }
+        let options = T::options(setup).clone();
+        Ok(Self { buffers, passes, options, camera: camera.clone(), bytes: plan.bytes() })
+    }
+
+    /// Sets what changes from frame to frame: lights and their views, the camera, parameters. Call it before the first
+    /// [`Self::encode`], and again when something changes.
+    ///
+    /// # Errors
+    /// A [`BadOption`] where the setup's options are not those that the buffers were made for, and as [`GpuTechnique::prepare`].
+    pub fn prepare(&mut self, queue: &Queue, inputs: &Inputs<'_>, setup: &T::Setup) -> Result<(), T::Error> {
+        if *T::options(setup) != self.options {
+            return Err(BadOption::new(
+                "options",
+                "changed",
+                "what the resources were made with: make new ones",
+            )
+            .into());
+        }
+        T::prepare(&mut self.buffers, queue, inputs, setup)
+    }
+
+    /// All passes of a frame: from the scene and what [`Self::prepare`] was given to the indirect light of the camera's pixels.
+    pub fn encode(&self, encoder: &mut CommandEncoder, timer: &mut PassTimer, scene: &SceneBuffers) {
+        self.passes().for_each(|pass| pass.encode(encoder, timer, Some(scene)));
+    }
+
+    /// [`Self::encode`] without the passes whose names `skip` accepts, for renderers that have made their results already, the
+    /// maps for instance.
+    pub fn encode_without(
+        &self,
+        encoder: &mut CommandEncoder,
+        timer: &mut PassTimer,
+        skip: impl Fn(&str) -> bool,
+    ) {
+        self.passes().filter(|p| !skip(p.name())).for_each(|pass| pass.encode(encoder, timer, None));
+    }
+
+    /// The passes in order.
+    pub fn passes(&self) -> impl Iterator<Item = &Pass> {
+        self.passes.iter().map(|(.., pass)| pass)
+    }
+
+    /// `array<vec4<f32>>`: indirect radiance that leaves each pixel, W/(sr·m²), and 0.
+    #[must_use]
+    pub fn image(&self) -> &Buffer {
+        T::image_buffer(&self.buffers)
+    }
+
+    /// GPU memory, bytes, without the camera's G-buffer.
+    #[must_use]
+    pub const fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
