@@ -28,13 +28,20 @@ indirect_core::wgsl_struct! {
     }
 }
 
+/// Texels along each side of a map, and whether it has a pyramid.
+#[derive(Debug, Clone, Copy)]
+pub struct MapSizes {
+    resolution: u32,
+    pyramids: bool,
+}
+
 buffers! {
-    /// Buffers of one map of so many texels along each side, beside its surface.
-    pub struct MapBuffers for u32 {
+    /// Buffers of one map, beside its surface.
+    pub struct MapBuffers for MapSizes {
         /// One per texel.
-        texels: [Texel] = |n| u64::from(*n) * u64::from(*n);
-        /// Laid out as [`PyramidLayout`] says.
-        nodes: [Node] = |n| PyramidLayout::new([*n, *n]).len() as u64;
+        texels: [Texel] = |s| u64::from(s.resolution) * u64::from(s.resolution);
+        /// Laid out as [`PyramidLayout`] says; one without pyramids.
+        nodes: [Node] = |s| if s.pyramids { PyramidLayout::new([s.resolution; 2]).len() as u64 } else { 0 };
         /// The light in this map.
         map: LightMap;
     }
@@ -75,9 +82,16 @@ impl Maps {
     /// What `maps` maps of `resolution`² texels will allocate.
     #[must_use]
     pub fn plan(resolution: u32, maps: usize) -> Plan {
+        Self::plan_with(resolution, maps, true)
+    }
+
+    /// [`Self::plan`] with or without pyramids.
+    #[must_use]
+    pub fn plan_with(resolution: u32, maps: usize, pyramids: bool) -> Plan {
         let mut plan = Plan::new();
+        let sizes = MapSizes { resolution, pyramids };
         for _ in 0..maps {
-            plan = plan.and(GBufferTarget::plan([resolution; 2])).and(MapBuffers::plan(&resolution));
+            plan = plan.and(GBufferTarget::plan([resolution; 2])).and(MapBuffers::plan(&sizes));
         }
         plan.storage::<Node>("tops", maps as u64, BufferUsages::empty());
         for _ in 1..PyramidLayout::new([resolution; 2]).levels.len() {
@@ -91,10 +105,19 @@ impl Maps {
     /// # Errors
     /// [`GpuError::Limit`], and [`GpuError::EmptySize`] for a resolution of 0.
     pub fn new(device: &Device, resolution: u32, maps: usize) -> Result<Self, GpuError> {
+        Self::with(device, resolution, maps, true)
+    }
+
+    /// [`Self::new`] with or without pyramids, for techniques that do not always run [`Self::pyramid`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with(device: &Device, resolution: u32, maps: usize, pyramids: bool) -> Result<Self, GpuError> {
         let layout = PyramidLayout::new([resolution.max(1); 2]);
         let map = |_| {
             let surface = GBufferTarget::new(device, [resolution; 2])?;
-            Ok(MapResources { surface, buffers: MapBuffers::new(device, &resolution)? })
+            let buffers = MapBuffers::new(device, &MapSizes { resolution, pyramids })?;
+            Ok(MapResources { surface, buffers })
         };
         let pair = |pair: &[crate::Level]| {
             let (fine, coarse) = (pair[0], pair[1]);
