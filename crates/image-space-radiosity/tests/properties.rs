@@ -1,4 +1,5 @@
 //! What holds for any image and any maps: each pixel lies in one fragment, each texel counts once.
+#![cfg(feature = "cpu")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
@@ -6,7 +7,9 @@ mod common;
 use common::{noise_gbuffer, noise_rsm, random};
 use glam::Vec3;
 use image_space_radiosity::layout::state;
-use image_space_radiosity::{Bound, Branch, Links, Patch, Thresholds, cpu, level_of_cells, place};
+use image_space_radiosity::{
+    Bound, Branch, Links, Patch, SOURCE_CELLS, Thresholds, cpu, level_of_cells, place,
+};
 use proptest::prelude::*;
 use rsm::PyramidLayout;
 
@@ -59,9 +62,10 @@ proptest! {
         let rsm = noise_rsm(8, 1, seed, 0.3);
         let light_layout = PyramidLayout::new([8, 8]);
         let patches = cpu::patches(&rsm.maps[0], &light_layout);
-        let sources = cpu::sources(&[cpu::Patches::new(&rsm.maps[0], &patches)], &light_layout);
+        let maps = [cpu::Patches::new(&rsm.maps[0], &patches)];
+        let sources = cpu::sources(&maps, level_of_cells(&light_layout, SOURCE_CELLS), &light_layout);
         let bend = bend * cpu::reference_irradiance(&sources, &blocks, layout);
-        let subdivision = cpu::Subdivision { thresholds: Thresholds { depth, normal }, margin, bend };
+        let subdivision = cpu::Subdivision { thresholds: Thresholds::new(depth, normal), margin, bend };
         let needs = cpu::refine(&blocks, layout, coarsest, &subdivision, &sources);
         let states = cpu::stencil(&blocks, &needs, layout, coarsest);
         let fragments = cpu::compact(&blocks, &states, layout, coarsest);
@@ -173,7 +177,7 @@ proptest! {
         let stored: Vec<_> = rsm.maps.iter().map(|map| cpu::patches(map, &layout)).collect();
         let patches: Vec<_> = rsm.maps.iter().zip(&stored).map(|(m, p)| cpu::Patches::new(m, p)).collect();
         let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
-        let slots = cpu::clusters(&patches, &layout, range, &Thresholds { depth, normal });
+        let slots = cpu::clusters(&patches, &layout, range, Thresholds::new(depth, normal));
         let used = slots.iter().enumerate().filter(|(_, v)| v.flux.element_sum() > 0.0);
         let nodes = used.map(|(i, _)| (i / layout.len(), i % layout.len()));
         check_cut(&rsm, coverage(&layout, maps as usize, nodes), sum(slots.iter().map(|v| v.flux)))?;
@@ -190,7 +194,7 @@ proptest! {
         let stored: Vec<_> = rsm.maps.iter().map(|map| cpu::patches(map, &layout)).collect();
         let patches: Vec<_> = rsm.maps.iter().zip(&stored).map(|(m, p)| cpu::Patches::new(m, p)).collect();
         let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
-        let links = Links::new([n, n], range[1]);
+        let links = Links::new(&layout, range[1]);
         let bound = if printed { Bound::ContributionAsPrinted } else { Bound::Error };
         let threshold = tau.powi(4);
         let tree = cpu::tree(&patches, &links, range, bound, threshold);
@@ -198,7 +202,7 @@ proptest! {
         let mut lights = Vec::new();
         for _ in 0..4 {
             let count = 1 + (next() * image_space_radiosity::TILE as f32) as usize;
-            let point = |_| (Vec3::new(next(), next(), next()) * 20.0 - 5.0, Vec3::Y);
+            let point = |_| Vec3::new(next(), next(), next()) * 20.0 - 5.0;
             let tile: Vec<_> = (0..count).map(point).collect();
             cpu::cut(&tree, &cpu::Tile::new(&tile), &mut lights);
             // The cut does not say which node a light is: walk again, by recursion.
@@ -221,14 +225,14 @@ struct Walk<'a> {
     tree: &'a [Branch],
     links: &'a Links,
     map: usize,
-    tile: &'a [(Vec3, Vec3)],
+    tile: &'a [Vec3],
 }
 
 /// The cut by recursion over children, without links.
 fn walk(nodes: &mut Vec<(usize, usize)>, w: &Walk<'_>, k: usize) {
     let branch = &w.tree[w.map * w.links.order.len() + k];
     let node = w.links.order[k];
-    let near = |(p, _): &(Vec3, Vec3)| {
+    let near = |p: &Vec3| {
         let v = branch.position - *p;
         v.x * v.x + v.y * v.y + v.z * v.z < branch.reach * branch.reach
     };

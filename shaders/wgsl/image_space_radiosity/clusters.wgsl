@@ -1,22 +1,12 @@
 // clusters: the patches that hold no discontinuity, as large as they get, one list for all fragments.
 // Twin: crates/image-space-radiosity/src/cpu/clusters.rs. Source: Nichols, Shopf & Wyman 2009, §3.4.
 
-/// When a patch is flat.
-struct Clusters {
-    /// Distance from its plane relative to its radius.
-    depth: f32,
-    /// Versine of the half angle of the cone of normals.
-    versine: f32,
-    pad0: f32,
-    pad1: f32,
-}
-
-@group(0) @binding(1) var<uniform> params: Clusters;
+@group(0) @binding(1) var<uniform> settings: Settings;
 /// Of this map, levels 1 and coarser.
 @group(0) @binding(2) var<storage, read> patches: array<Patch>;
 /// Of all maps.
 @group(0) @binding(3) var<storage, read_write> cluster_slots: array<Vpl>;
-@group(0) @binding(4) var<uniform> map: MapIndex;
+@group(0) @binding(4) var<uniform> map_index: MapIndex;
 
 @compute @workgroup_size(64)
 fn clusters(
@@ -26,7 +16,7 @@ fn clusters(
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < table.nodes {
-        cluster_slots[map.map * table.nodes + i] = cluster(i);
+        cluster_slots[map_index.map * table.nodes + i] = cluster(i);
     }
 }
 
@@ -51,7 +41,7 @@ fn cluster(i: u32) -> Vpl {
 }
 
 fn flat(own: Patch) -> bool {
-    return own.relief < params.depth * own.radius && own.versine < params.versine;
+    return own.relief < settings.patch_depth * own.radius && own.versine < settings.patch_versine;
 }
 
 /// The patch of a node.

@@ -1,23 +1,6 @@
 // compact: the valid blocks as one list in Z order, without atomics: count per run of nodes, add up, write; then what is where.
 // Twin: crates/image-space-radiosity/src/cpu/compact.rs.
 
-/// Lengths.
-struct Compact {
-    /// Entries of the order.
-    entries: u32,
-    /// Runs of RUN entries.
-    runs: u32,
-    /// Nodes that have a state.
-    nodes: u32,
-    /// Dispatches of the gather, one per chunk of lights.
-    chunks: u32,
-    /// First node of level 1.
-    first: u32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
-}
-
 /// Number of fragments, and arguments of the indirect calls that treat them.
 struct Totals {
     fragments: u32,
@@ -33,12 +16,12 @@ struct Totals {
     gather: array<u32>,
 }
 
-@group(0) @binding(0) var<uniform> params: Compact;
+@group(0) @binding(0) var<uniform> lengths: Lengths;
 @group(0) @binding(1) var<storage, read> order: array<u32>;
 @group(0) @binding(2) var<storage, read> states: array<u32>;
 @group(0) @binding(3) var<storage, read_write> runs: array<u32>;
-@group(0) @binding(4) var<storage, read_write> positions: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read_write> normals: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> fragment_positions: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> fragment_normals: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> slots: array<u32>;
 @group(0) @binding(7) var<storage, read_write> fragment_nodes: array<u32>;
 @group(0) @binding(8) var<storage, read_write> totals: Totals;
@@ -61,9 +44,9 @@ fn compact_count(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let run = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if run < params.runs {
+    if run < lengths.runs {
         var valid = 0u;
-        for (var i = run * RUN; i < min((run + 1u) * RUN, params.entries); i++) {
+        for (var i = run * RUN; i < min((run + 1u) * RUN, lengths.entries); i++) {
             valid += u32(is_valid(order[i]));
         }
         runs[run] = valid;
@@ -73,9 +56,9 @@ fn compact_count(
 /// Replaces each run's count by the number of fragments before it; one workgroup.
 @compute @workgroup_size(256)
 fn compact_scan(@builtin(local_invocation_index) thread: u32) {
-    let share = (params.runs + THREADS - 1u) / THREADS;
-    let begin = min(thread * share, params.runs);
-    let end = min(begin + share, params.runs);
+    let share = (lengths.runs + THREADS - 1u) / THREADS;
+    let begin = min(thread * share, lengths.runs);
+    let end = min(begin + share, lengths.runs);
     var own = 0u;
     for (var i = begin; i < end; i++) {
         own += runs[i];
@@ -110,14 +93,16 @@ fn compact_write(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let run = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if run < params.runs {
+    if run < lengths.runs {
         var next = runs[run];
-        for (var i = run * RUN; i < min((run + 1u) * RUN, params.entries); i++) {
+        for (var i = run * RUN; i < min((run + 1u) * RUN, lengths.entries); i++) {
             let node = order[i];
             if is_valid(node) {
                 fragment_nodes[next] = node;
                 slots[node] = next;
                 next += 1u;
+            } else if node < lengths.nodes {
+                slots[node] = 0u;
             }
         }
     }
@@ -132,9 +117,9 @@ fn compact_points(
 ) {
     let begin = 4u * grid_index(workgroup_id, num_workgroups, local_index, 64u);
     for (var i = begin; i < min(begin + 4u, fragment_count[0]); i++) {
-        let own = block(fragment_nodes[i], params.first);
-        positions[i] = vec4(own.position, 0.0);
-        normals[i] = vec4(own.normal, 0.0);
+        let own = block(fragment_nodes[i], lengths.pixels);
+        fragment_positions[i] = vec4(own.position, 0.0);
+        fragment_normals[i] = vec4(own.normal, 0.0);
     }
 }
 
@@ -154,7 +139,7 @@ fn compact_arguments(
         totals.traverse = array(x, y, 1u);
         totals.splat = array(totals.fragments, count[0], 0u, 0u);
     }
-    if chunk < params.chunks {
+    if chunk < lengths.chunks {
         // The first chunk also clears.
         let used = chunk == 0u || count[0] > chunk * CHUNK;
         totals.gather[3u * chunk] = select(0u, x, used);
@@ -164,5 +149,5 @@ fn compact_arguments(
 }
 
 fn is_valid(node: u32) -> bool {
-    return node < params.nodes && states[node] == VALID;
+    return node < lengths.nodes && states[node] == VALID;
 }

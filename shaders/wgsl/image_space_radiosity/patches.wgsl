@@ -5,7 +5,7 @@
 @group(0) @binding(0) var<uniform> pair: LevelPair;
 /// Of this map, levels 1 and coarser.
 @group(0) @binding(1) var<storage, read_write> patches: array<Patch>;
-@group(0) @binding(2) var<uniform> map: MapIndex;
+@group(0) @binding(2) var<uniform> map_index: MapIndex;
 /// The coarse level that stands for the light of each map, one map after the other.
 @group(0) @binding(3) var<storage, read_write> sources: array<Patch>;
 
@@ -26,7 +26,7 @@ fn patches_parent(
 fn patches_sources(@builtin(local_invocation_index) i: u32) {
     let count = pair.coarse_width * pair.coarse_height;
     if i < count {
-        sources[map.map * count + i] = node(pair.coarse_offset + i);
+        sources[map_index.map * count + i] = node(pair.coarse_offset + i);
     }
 }
 

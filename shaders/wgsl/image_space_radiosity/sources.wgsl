@@ -1,20 +1,11 @@
 // sources: what the coarsest lights tell before any is gathered: how bright it is about there, and where light bends.
 // Twin: crates/image-space-radiosity/src/cpu/sources.rs.
 
-/// Which blocks stand for what the camera sees.
-struct Sources {
-    /// Nodes: the first of level 1, the first receiver and their number.
-    first: u32,
-    first_receiver: u32,
-    receivers: u32,
-    pad0: u32,
-}
-
-@group(0) @binding(5) var<uniform> source_params: Sources;
 /// The coarsest lights; one without flux where there are none.
-@group(0) @binding(6) var<storage, read> sources: array<Patch>;
+@group(0) @binding(5) var<storage, read> sources: array<Patch>;
 /// The reference irradiance.
-@group(0) @binding(7) var<storage, read_write> reference: array<f32>;
+@group(0) @binding(6) var<storage, read_write> reference: array<f32>;
+@group(0) @binding(7) var<uniform> lengths: Lengths;
 
 const SOURCES_PI: f32 = 3.14159265358979;
 
@@ -39,8 +30,8 @@ fn sources_at(position: vec3<f32>) -> vec2<f32> {
 fn reference_irradiance() {
     var sum = 0.0;
     var pixels = 0u;
-    for (var i = source_params.first_receiver; i < source_params.first_receiver + source_params.receivers; i++) {
-        let seen = block(i, source_params.first);
+    for (var i = lengths.first_receiver; i < lengths.first_receiver + lengths.receivers; i++) {
+        let seen = block(i, lengths.pixels);
         if seen.pixels > 0u {
             sum += sources_at(seen.position).x * f32(seen.pixels);
             pixels += seen.pixels;

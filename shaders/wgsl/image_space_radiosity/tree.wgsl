@@ -1,17 +1,7 @@
 // tree: the patches linked for the traversal, each with the distance from which it is exact enough.
 // Twin: crates/image-space-radiosity/src/cpu/tree.rs. Source: Nichols, Shopf & Wyman 2009, §3.5, eq. 7–8; docs/errata.md.
 
-struct Tree {
-    /// 0: the error of a patch; 1: the light that it sends.
-    bound: u32,
-    /// Branches of each map.
-    per_map: u32,
-    /// Share of the reference irradiance.
-    tau: f32,
-    pad0: u32,
-}
-
-@group(0) @binding(1) var<uniform> params: Tree;
+@group(0) @binding(1) var<uniform> settings: Settings;
 /// Of this map, levels 1 and coarser.
 @group(0) @binding(2) var<storage, read> patches: array<Patch>;
 /// Node, next branch, first child and 0.
@@ -20,7 +10,8 @@ struct Tree {
 @group(0) @binding(4) var<storage, read> reference: array<f32>;
 /// The part of the tree that holds this map's branches.
 @group(0) @binding(5) var<storage, read_write> branches: array<Branch>;
-@group(0) @binding(6) var<uniform> map: MapIndex;
+@group(0) @binding(6) var<uniform> map_index: MapIndex;
+@group(0) @binding(7) var<uniform> lengths: Lengths;
 
 const ALWAYS: f32 = 1e18;
 const PI: f32 = 3.14159265358979;
@@ -32,8 +23,8 @@ fn tree(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < params.per_map {
-        branches[map.map * params.per_map - map.first_branch + i] = branch(i);
+    if i < lengths.branches {
+        branches[map_index.map * lengths.branches - map_index.first_branch + i] = branch(i);
     }
 }
 
@@ -51,10 +42,10 @@ fn branch(i: u32) -> Branch {
     if level > table.finest && weight(own.flux) > 0.0 {
         reach = ALWAYS;
         if level <= table.coarsest {
-            reach = reach_of(own, params.tau * reference[0]);
+            reach = reach_of(own, settings.tau * reference[0]);
         }
     }
-    let base = map.map * params.per_map;
+    let base = map_index.map * lengths.branches;
     return Branch(own.position, own.area, own.normal, reach, own.flux, base + entry.y, base + entry.z, 0u, 0u, 0u);
 }
 
@@ -65,7 +56,7 @@ fn reach_of(own: Patch, threshold: f32) -> f32 {
     }
     let flux = weight(own.flux) / 3.0;
     var reach = 0.0;
-    if params.bound == 0u {
+    if settings.bound == 0u {
         // Φ/(πd²)·(r²/d² + s) = T, a quadratic in 1/d².
         let s = own.versine;
         let r2 = own.radius * own.radius;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rsm::{PyramidLayout, Vpl};
 
 use super::patches::Patches;
-use crate::{layout::Patch, levels::place, params::Thresholds};
+use crate::{layout::Patch, levels::place, settings::Thresholds};
 
 /// One slot per node of each map's pyramid: its light where the node is a cluster, else [`Vpl::default`], whose flux is 0.
 ///
@@ -15,10 +15,9 @@ pub fn clusters(
     maps: &[Patches<'_>],
     layout: &PyramidLayout,
     [coarsest, finest]: [usize; 2],
-    thresholds: &Thresholds,
+    thresholds: Thresholds,
 ) -> Vec<Vpl> {
-    let versine = thresholds.versine();
-    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < versine;
+    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < thresholds.versine;
     let count = layout.len();
     (0..maps.len() * count)
         .into_par_iter()

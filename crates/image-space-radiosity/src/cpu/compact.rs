@@ -1,34 +1,22 @@
 //! `compact`: the valid blocks as one list of fragments, neighbours near each other.
 
-use glam::Vec3;
 use rayon::prelude::*;
 use rsm::PyramidLayout;
 
 use super::blocks::Blocks;
-use crate::layout::state;
-
-/// The valid blocks in Z order.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Fragments {
-    /// The node of each fragment.
-    pub nodes: Vec<u32>,
-    /// World position, metres, and unit normal of each fragment.
-    pub points: Vec<(Vec3, Vec3)>,
-    /// The fragment of each valid node; 0 for any other node.
-    pub slots: Vec<u32>,
-}
+use crate::{layout::state, output::Fragments};
 
 /// Lists the nodes that are [`state::VALID`], in Z order.
 #[must_use]
 pub fn compact(blocks: &Blocks<'_>, states: &[u32], layout: &PyramidLayout, coarsest: usize) -> Fragments {
     let count = states.iter().filter(|s| **s == state::VALID).count();
     let (nodes, slots) = (Vec::with_capacity(count), vec![0; states.len()]);
-    let mut fragments = Fragments { nodes, points: Vec::new(), slots };
+    let mut fragments = Fragments { nodes, slots, ..Fragments::default() };
     let walk = Walk { states, layout };
     // Down from the single node of the last level; levels above the coarsest blocks have no state and are passed through.
     walk.visit(&mut fragments, layout.levels.len() - 1, coarsest, 0, 0);
-    let nodes = fragments.nodes.par_iter().with_min_len(1024);
-    nodes.map(|node| blocks.point(*node as usize)).collect_into_vec(&mut fragments.points);
+    let points = fragments.nodes.par_iter().with_min_len(1024).map(|node| blocks.point(*node as usize));
+    points.unzip_into_vecs(&mut fragments.positions, &mut fragments.normals);
     fragments
 }
 

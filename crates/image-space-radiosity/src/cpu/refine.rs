@@ -13,7 +13,7 @@ use super::sources::sources_at;
 use crate::{
     layout::{Block, Patch, state},
     levels::place,
-    params::Thresholds,
+    settings::Thresholds,
 };
 
 /// When a block needs subdivision.
@@ -37,8 +37,7 @@ pub fn refine(
     subdivision: &Subdivision,
     sources: &[Patch],
 ) -> Vec<u32> {
-    let Subdivision { thresholds, margin, bend } = *subdivision;
-    let versine = thresholds.versine();
+    let Subdivision { thresholds: Thresholds { depth, versine }, margin, bend } = *subdivision;
     (pixels(layout)..node_count(layout, coarsest))
         .into_par_iter()
         .with_min_len(1024)
@@ -51,7 +50,7 @@ pub fn refine(
                 return 0;
             }
             u32::from(
-                has_discontinuity(own, thresholds.depth, versine)
+                has_discontinuity(own, depth, versine)
                     || rises_beside(own, ring, l.size, [x, y], versine, margin)
                     || light_bends(own, sources, bend),
             )

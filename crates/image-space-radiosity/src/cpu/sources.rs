@@ -9,14 +9,13 @@ use super::blocks::Blocks;
 use super::patches::Patches;
 use crate::{
     layout::Patch,
-    levels::{RECEIVER_CELLS, SOURCE_CELLS, level_of_cells},
+    levels::{RECEIVER_CELLS, level_of_cells},
 };
 
-/// The coarsest lights of all maps, one map after the other: the first level with at most [`SOURCE_CELLS`] patches along each
-/// side.
+/// The patches of one level of all maps, one map after the other: the coarsest lights.
 #[must_use]
-pub fn sources(maps: &[Patches<'_>], layout: &PyramidLayout) -> Vec<Patch> {
-    let level = layout.levels[level_of_cells(layout, SOURCE_CELLS)];
+pub fn sources(maps: &[Patches<'_>], level: usize, layout: &PyramidLayout) -> Vec<Patch> {
+    let level = layout.levels[level];
     let nodes = level.offset as usize..level.offset as usize + level.len();
     maps.iter().flat_map(|map| nodes.clone().map(|node| map.at(node))).collect()
 }

@@ -11,7 +11,7 @@ use super::patches::Patches;
 use crate::{
     layout::{Branch, Patch},
     levels::{Links, level_of},
-    params::Bound,
+    settings::Bound,
 };
 
 /// The reach of a patch that is never exact enough, metres. Its square is finite.

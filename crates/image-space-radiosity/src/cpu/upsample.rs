@@ -9,26 +9,10 @@ use rayon::prelude::*;
 use rsm::PyramidLayout;
 
 use super::blocks::Blocks;
-use super::compact::Fragments;
-use crate::layout::{Block, state};
-
-/// Irradiance of nodes, W/m².
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Irradiance {
-    /// Of the pixels, level 0.
-    pub pixels: Vec<Vec3>,
-    /// Of the blocks of level 1 and coarser ones.
-    pub coarse: Vec<Vec3>,
-}
-
-impl Irradiance {
-    fn at(&self, node: usize) -> Vec3 {
-        match node.checked_sub(self.pixels.len()) {
-            None => self.pixels[node],
-            Some(i) => self.coarse[i],
-        }
-    }
-}
+use crate::{
+    layout::{Block, state},
+    output::{Fragments, Irradiance},
+};
 
 /// Irradiance of the nodes of the levels `0..=coarsest`: that of valid and of subdivided blocks, from fine to coarse; 0 for
 /// covered and empty ones.
