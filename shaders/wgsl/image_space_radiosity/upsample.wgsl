@@ -2,11 +2,13 @@
 // Twin: crates/image-space-radiosity/src/cpu/upsample.rs. Source: Nichols, Shopf & Wyman 2009, §3.2; Nichols & Wyman 2009.
 
 @group(0) @binding(0) var<uniform> pair: LevelPair;
-@group(0) @binding(1) var<storage, read> blocks: array<Block>;
-@group(0) @binding(2) var<storage, read> states: array<u32>;
-@group(0) @binding(3) var<storage, read> slots: array<u32>;
-@group(0) @binding(4) var<storage, read> gathered: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read_write> irradiance: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read> states: array<u32>;
+@group(0) @binding(2) var<storage, read> slots: array<u32>;
+@group(0) @binding(3) var<storage, read> gathered: array<vec4<f32>>;
+/// Of the pixels.
+@group(0) @binding(4) var<storage, read_write> irradiance: array<vec4<f32>>;
+/// Of the blocks of level 1 and coarser.
+@group(0) @binding(5) var<storage, read_write> coarse_irradiance: array<vec4<f32>>;
 
 /// The pair's coarser level from its finer one. The pixels, level 0, have none and no subdivided blocks.
 @compute @workgroup_size(64)
@@ -24,7 +26,7 @@ fn pull(
         } else if states[node] == SPLIT {
             e = mean(i % pair.coarse_width, i / pair.coarse_width);
         }
-        irradiance[node] = vec4(e, 0.0);
+        store(node, e);
     }
 }
 
@@ -46,8 +48,8 @@ fn push(
     let x = i % pair.coarse_width;
     let y = i / pair.coarse_width;
     // Below 0 wraps, and is outside as the size is.
-    let p = blocks[own].position;
-    let n = blocks[own].normal;
+    let p = blocks[own - pair.first].position;
+    let n = blocks[own - pair.first].normal;
     let l = neighbour(p, n, x - 1u, y);
     let r = neighbour(p, n, x + 1u, y);
     let u = neighbour(p, n, x, y - 1u);
@@ -56,19 +58,19 @@ fn push(
     let ru = neighbour(p, n, x + 1u, y - 1u);
     let ld = neighbour(p, n, x - 1u, y + 1u);
     let rd = neighbour(p, n, x + 1u, y + 1u);
-    let e = irradiance[own].xyz;
+    let e = coarse_irradiance[own - pair.first].xyz;
     let child = pair.fine_offset + 2u * y * pair.fine_width + 2u * x;
     let has_right = 2u * x + 1u < pair.fine_width;
     let has_below = 2u * y + 1u < pair.fine_height;
-    irradiance[child] = vec4(mix_children(e, l, u, lu), 0.0);
+    store(child, mix_children(e, l, u, lu));
     if has_right {
-        irradiance[child + 1u] = vec4(mix_children(e, r, u, ru), 0.0);
+        store(child + 1u, mix_children(e, r, u, ru));
     }
     if has_below {
-        irradiance[child + pair.fine_width] = vec4(mix_children(e, l, d, ld), 0.0);
+        store(child + pair.fine_width, mix_children(e, l, d, ld));
     }
     if has_right && has_below {
-        irradiance[child + pair.fine_width + 1u] = vec4(mix_children(e, r, d, rd), 0.0);
+        store(child + pair.fine_width + 1u, mix_children(e, r, d, rd));
     }
 }
 
@@ -81,7 +83,7 @@ fn neighbour(p: vec3<f32>, n: vec3<f32>, x: u32, y: u32) -> vec4<f32> {
     if states[i] == EMPTY {
         return vec4(0.0);
     }
-    return vec4(irradiance[i].xyz, agreement(p, n, i));
+    return vec4(coarse_irradiance[i - pair.first].xyz, agreement(p, n, i - pair.first));
 }
 
 /// The bilinear weights of a child: 9 for its parent, 3 for the two beside it, 1 for the one across.
@@ -97,15 +99,34 @@ fn mean(x: u32, y: u32) -> vec3<f32> {
     for (var cy = 2u * y; cy < min(2u * y + 2u, pair.fine_height); cy++) {
         for (var cx = 2u * x; cx < min(2u * x + 2u, pair.fine_width); cx++) {
             let child = pair.fine_offset + cy * pair.fine_width + cx;
-            sum += irradiance[child].xyz * f32(blocks[child].pixels);
-            pixels += blocks[child].pixels;
+            let seen = block(child, pair.first).pixels;
+            sum += load(child) * f32(seen);
+            pixels += seen;
         }
     }
     // A subdivided block has surface pixels.
     return sum * (1.0 / f32(pixels));
 }
 
-/// How far two blocks are one smooth surface, [0, 1]: their normals agree and each lies in the other's plane.
+/// Irradiance of a node.
+fn load(node: u32) -> vec3<f32> {
+    if node < pair.first {
+        return irradiance[node].xyz;
+    }
+    return coarse_irradiance[node - pair.first].xyz;
+}
+
+/// Sets it.
+fn store(node: u32, e: vec3<f32>) {
+    if node < pair.first {
+        irradiance[node] = vec4(e, 0.0);
+    } else {
+        coarse_irradiance[node - pair.first] = vec4(e, 0.0);
+    }
+}
+
+/// How far the surface with position p and normal n and a stored block are one smooth surface, [0, 1]: their normals agree and
+/// each lies in the other's plane.
 fn agreement(p: vec3<f32>, n: vec3<f32>, b: u32) -> f32 {
     let normal = blocks[b].normal;
     let v = blocks[b].position - p;
