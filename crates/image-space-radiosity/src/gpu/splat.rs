@@ -17,7 +17,7 @@ pub(crate) fn splat(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let bounded = b.setup.options.method == Method::BoundedSplat;
     let (entries, topology, points, sums) = if bounded {
         // The list of lights is on the GPU only: its length becomes the number of instances.
-        pass.copy((&b.buffers.list.buffers.count, 0), (&own.totals, SPLAT_ARGUMENTS + 4), 4);
+        pass.copy("totals", (&b.buffers.list.buffers.count, 0), (&own.totals, SPLAT_ARGUMENTS + 4), 4);
         let entries = ["splat_bounded_vertex", "splat_bounded"];
         (entries, PrimitiveTopology::TriangleList, vec![], &own.irradiance)
     } else {
