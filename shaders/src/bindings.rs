@@ -183,6 +183,12 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 5, "branches", ReadWrite),
         at(0, 6, "map_index", Uniform),
         at(0, 7, "lengths", Uniform),
+    ] },
+    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_TREE", name: "tree_texels", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 3, "links", Read),
+        at(0, 5, "branches", ReadWrite),
+        at(0, 6, "map_index", Uniform),
+        at(0, 7, "lengths", Uniform),
         at(0, 10, "positions", Read),
         at(0, 11, "normals", Read),
         at(0, 12, "texels", Read),
@@ -227,6 +233,13 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 6, "target_texture", TextureFloat),
         at(0, 7, "sums", ReadWrite),
     ] },
+    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_UPSAMPLE", name: "pull_pixels", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pair", Uniform),
+        at(0, 1, "states", Read),
+        at(0, 2, "slots", Read),
+        at(0, 3, "gathered", Read),
+        at(0, 4, "irradiance", ReadWrite),
+    ] },
     EntryPoint { module: "IMAGE_SPACE_RADIOSITY_UPSAMPLE", name: "pull", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "pair", Uniform),
         at(0, 1, "states", Read),
@@ -238,10 +251,16 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 11, "normals", Read),
         at(0, 12, "blocks", Read),
     ] },
-    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_UPSAMPLE", name: "push", workgroup_size: [64, 1, 1], bindings: &[
+    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_UPSAMPLE", name: "push_pixels", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "pair", Uniform),
         at(0, 1, "states", Read),
         at(0, 4, "irradiance", ReadWrite),
+        at(0, 5, "coarse_irradiance", ReadWrite),
+        at(0, 12, "blocks", Read),
+    ] },
+    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_UPSAMPLE", name: "push", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pair", Uniform),
+        at(0, 1, "states", Read),
         at(0, 5, "coarse_irradiance", ReadWrite),
         at(0, 12, "blocks", Read),
     ] },
