@@ -23,8 +23,8 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "texels", Read),
         at(0, 4, "nodes", ReadWrite),
     ] },
-    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parent", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "levels", Uniform),
+    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parents", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pyramid", Uniform),
         at(0, 4, "nodes", ReadWrite),
     ] },
     EntryPoint { module: "RSM_VPLS", name: "vpls_all", workgroup_size: [64, 1, 1], bindings: &[
@@ -76,12 +76,12 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 2, "image", ReadWrite),
     ] },
     EntryPoint { module: "FILTER_SMOOTH", name: "smooth_pixels", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "params", Uniform),
-        at(0, 1, "view", Uniform),
+        at(0, 0, "smoothing", Uniform),
+        at(0, 1, "previous_view", Uniform),
         at(0, 2, "positions", Read),
         at(0, 3, "normals", Read),
-        at(0, 4, "current", Read),
-        at(0, 5, "previous", Read),
+        at(0, 4, "irradiance", Read),
+        at(0, 5, "history", Read),
         at(0, 6, "smoothed", ReadWrite),
     ] },
     EntryPoint { module: "IMAGE_SPACE_RADIOSITY_MIPS", name: "mips_parent", workgroup_size: [64, 1, 1], bindings: &[
@@ -297,7 +297,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 10, "windows", ReadWrite),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_OCCLUSION", name: "occlusion_depths", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 6, "copy", Uniform),
+        at(0, 6, "current", Uniform),
         at(0, 7, "positions", Read),
         at(0, 8, "copies", ReadWrite),
     ] },
@@ -351,6 +351,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "base", Read),
         at(0, 4, "surroundings", Read),
         at(0, 5, "next", ReadWrite),
+        at(0, 7, "current", Uniform),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_BOUNCE", name: "bounce_sphere_as_printed", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),
@@ -359,6 +360,7 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "base", Read),
         at(0, 4, "surroundings", Read),
         at(0, 5, "next", ReadWrite),
+        at(0, 7, "current", Uniform),
     ] },
     EntryPoint { module: "RADIANCE_HINTS_RECONSTRUCT", name: "reconstruct", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),

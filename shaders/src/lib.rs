@@ -147,7 +147,7 @@ modules! {
     RSM_FLUX = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/flux.wgsl"] => ["flux"];
     /// Mip pyramid of a reflective shadow map; twin of `rsm::cpu::pyramid`.
     RSM_PYRAMID = ["core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "rsm/pyramid.wgsl"] => [
-        "pyramid_leaf", "pyramid_parent",
+        "pyramid_leaf", "pyramid_parents",
     ];
     /// Virtual point lights from reflective shadow maps; twin of `rsm::cpu::vpls`.
     RSM_VPLS = ["core/grid.wgsl", "sampling/warp.wgsl", "rsm/layout.wgsl", "rsm/vpls.wgsl"] => ["vpls_all", "vpls_grid", "vpls_importance"];
@@ -222,7 +222,7 @@ modules! {
     RADIANCE_HINTS_STOPS = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
         "radiance_hints/layout.wgsl", "radiance_hints/depths.wgsl",
-        "radiance_hints/border.wgsl", "radiance_hints/stops.wgsl",
+        "radiance_hints/directions.wgsl", "radiance_hints/stops.wgsl",
     ] => ["stop_directions"];
     /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
     RADIANCE_HINTS_ESTIMATE = [
@@ -232,7 +232,7 @@ modules! {
     /// Light from hint to hint; twin of `radiance_hints::cpu::bounce`.
     RADIANCE_HINTS_BOUNCE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl", "sh/sh.wgsl",
-        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/border.wgsl", "radiance_hints/bounce.wgsl",
+        "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl", "radiance_hints/directions.wgsl", "radiance_hints/bounce.wgsl",
     ] => ["bounce_directions", "bounce_sphere", "bounce_sphere_as_printed"];
     /// Irradiance of pixels from hints; twin of `radiance_hints::cpu::reconstruct`.
     RADIANCE_HINTS_RECONSTRUCT = [

@@ -39,8 +39,12 @@ pub(crate) enum Command {
     Accuracy,
     /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
     BenchPeers(BenchPeersArgs),
-    /// Fail on a dependency edge that docs/architecture.md does not draw.
+    /// Fail on a dependency edge that docs/architecture.md does not draw, or on files that use each other in a circle.
     CheckLayers,
+    /// Draw the buffers and passes of every technique into docs/passes.md.
+    Diagrams(DiagramsArgs),
+    /// Count lines of code per technique: what computes, and what only connects it.
+    Loc,
 }
 
 #[derive(Debug, Args)]
@@ -64,6 +68,12 @@ pub(crate) struct ReportArgs {
 pub(crate) enum BackendArg {
     Cpu,
     Gpu,
+}
+
+/// Reads `PASS=cpu` or `PASS=gpu`.
+fn pass_backend(text: &str) -> Result<(String, BackendArg), String> {
+    let (pass, backend) = text.split_once('=').ok_or("must be PASS=cpu or PASS=gpu")?;
+    Ok((pass.to_owned(), BackendArg::from_str(backend, true)?))
 }
 
 /// Which light an image holds.
@@ -100,6 +110,10 @@ pub(crate) struct RenderArgs {
     /// Where the passes run. Default: the GPU where there is one.
     #[arg(long)]
     pub(crate) backend: Option<BackendArg>,
+    /// Where one pass runs, to find the one that spoils an image; may be repeated. Every pass then runs on both backends, and
+    /// goes on with the results of its own: those that are not named follow `--backend`.
+    #[arg(long = "set-backend", value_name = "PASS=cpu|gpu", value_parser = pass_backend)]
+    pub(crate) set_backend: Vec<(String, BackendArg)>,
     /// Which light the image holds.
     #[arg(long, default_value = "full")]
     pub(crate) component: Component,
@@ -230,6 +244,13 @@ pub(crate) struct BenchPeersArgs {
     /// compared where no fixture is named.
     #[arg(value_name = "FIXTURE", value_parser = indirect_scene::fixtures::NAMES)]
     pub(crate) scenes: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DiagramsArgs {
+    /// Compare with the stored page instead of writing it; fails where they differ.
+    #[arg(long)]
+    pub(crate) check: bool,
 }
 
 #[derive(Debug, Args)]

@@ -2,7 +2,10 @@
 
 use std::process::{Command, Stdio};
 
-use indirect_gpu::{Context, wgpu::Features};
+use indirect_gpu::{
+    Context,
+    wgpu::{Features, Limits},
+};
 
 use crate::failure::Outcome;
 use crate::{gpu, say, setup};
@@ -39,8 +42,8 @@ pub(crate) fn run() -> Outcome {
         say("           without one every command works on the CPU, and GPU tests are skipped");
         return Ok(());
     }
-    match gpu::context(0) {
-        Ok(context) => {
+    match gpu::Device::open(&Limits::default()) {
+        Ok(gpu::Device { context, .. }) => {
             let features = context.device.features();
             let has = |f| if features.contains(f) { "yes" } else { "no" };
             say(format!(
@@ -54,8 +57,8 @@ pub(crate) fn run() -> Outcome {
             let limits = context.device.limits();
             say(format!(
                 "limits     storage binding {}, buffer {}",
-                crate::report::bytes(limits.max_storage_buffer_binding_size),
-                crate::report::bytes(limits.max_buffer_size)
+                crate::page::bytes(limits.max_storage_buffer_binding_size),
+                crate::page::bytes(limits.max_buffer_size)
             ));
         }
         Err(f) => say(format!("chosen     none: {}", f.line())),

@@ -1,27 +1,28 @@
 //! The GPU of a run, if there is one.
 
+use std::rc::Rc;
+
 use indirect_core::Scene;
-use indirect_gpu::wgpu::DeviceType;
-use indirect_gpu::{AdapterChoice, Context, PassTimer, Raster, SceneBuffers};
+use indirect_gpu::wgpu::{DeviceType, Limits};
+use indirect_gpu::{AdapterChoice, Context, PassTimer, Pipelines, SceneBuffers};
 
 use crate::failure::{Failure, Outcome};
 use crate::setup;
 
-/// A device, and the scene on it.
-#[derive(Debug)]
-pub(crate) struct Gpu {
+/// A device, and the pipelines that techniques share on it.
+#[derive(Debug, Clone)]
+pub(crate) struct Device {
     pub(crate) context: Context,
-    pub(crate) scene: SceneBuffers,
-    pub(crate) raster: Raster,
+    pub(crate) pipelines: Rc<Pipelines>,
 }
 
-impl Gpu {
-    /// Uploads a scene to a device that is open.
-    pub(crate) fn upload(context: Context, scene: &Scene) -> Outcome<Self> {
-        let scene = SceneBuffers::upload(&context.device, scene)
-            .map_err(|e| Failure::Check(format!("{}: {e}", context.info.name)))?;
-        let raster = Raster::new(&context.device);
-        Ok(Self { context, scene, raster })
+impl Device {
+    /// Opens the adapter that `INDIRECT_ADAPTER` names; without it a software one before others, which gives the same results
+    /// on most machines. It has at least these limits.
+    pub(crate) fn open(limits: &Limits) -> Outcome<Self> {
+        let context = context(limits)?;
+        let pipelines = Rc::new(Pipelines::new(&context.device));
+        Ok(Self { context, pipelines })
     }
 
     /// A clock for passes. Software adapters execute some time after they stamp: there only the wall clock is right.
@@ -35,19 +36,53 @@ impl Gpu {
     }
 }
 
-/// Opens the adapter that `INDIRECT_ADAPTER` names; without it a software one before others, which gives the same results
-/// on most machines. Its storage bindings may be at least `bytes` long.
-pub(crate) fn context(bytes: u64) -> Outcome<Context> {
-    Context::with_storage_binding(&AdapterChoice::from_env(), bytes)
+fn context(limits: &Limits) -> Outcome<Context> {
+    Context::with_limits(&AdapterChoice::from_env(), limits)
         .map_err(|e| Failure::Check(format!("{}: {e}", setup::NO_ADAPTER)))
 }
 
-/// Opens a device, with storage bindings of at least `bytes`, and uploads the scene.
-pub(crate) fn open(scene: &Scene, bytes: u64) -> Outcome<Gpu> {
-    Gpu::upload(context(SceneBuffers::largest_binding(scene).max(bytes))?, scene)
+/// A device, and the scene on it.
+#[derive(Debug)]
+pub(crate) struct Gpu {
+    pub(crate) device: Device,
+    pub(crate) scene: SceneBuffers,
+}
+
+impl Gpu {
+    /// Uploads a scene to a device that is open.
+    pub(crate) fn upload(device: Device, scene: &Scene) -> Outcome<Self> {
+        let scene = SceneBuffers::upload(&device.context.device, scene)
+            .map_err(|e| Failure::Check(format!("{}: {e}", device.context.info.name)))?;
+        Ok(Self { device, scene })
+    }
+}
+
+/// Opens a device with at least these limits that can hold the scene, and uploads it.
+pub(crate) fn open(scene: &Scene, limits: &Limits) -> Outcome<Gpu> {
+    Gpu::upload(Device::open(&with_scene(limits, scene))?, scene)
+}
+
+/// The larger of both limits, of each kind that matters here.
+pub(crate) fn larger(a: &Limits, b: &Limits) -> Limits {
+    Limits {
+        max_storage_buffer_binding_size: a
+            .max_storage_buffer_binding_size
+            .max(b.max_storage_buffer_binding_size),
+        max_buffer_size: a.max_buffer_size.max(b.max_buffer_size),
+        max_texture_dimension_2d: a.max_texture_dimension_2d.max(b.max_texture_dimension_2d),
+        ..a.clone()
+    }
+}
+
+/// These limits, and those that the scene's buffers need.
+pub(crate) fn with_scene(limits: &Limits, scene: &Scene) -> Limits {
+    let bytes = SceneBuffers::largest_binding(scene);
+    let scene =
+        Limits { max_storage_buffer_binding_size: bytes, max_buffer_size: bytes, ..Limits::default() };
+    larger(limits, &scene)
 }
 
 /// One line about the adapter that [`open`] would open; `None` where there is none.
 pub(crate) fn describe() -> Option<String> {
-    Some(context(0).ok()?.describe())
+    Some(context(&Limits::default()).ok()?.describe())
 }

@@ -1,6 +1,6 @@
 //! `render`: one image as EXR, and what it took as JSON.
 
-use indirect_core::{Image, SceneProfile};
+use indirect_core::Image;
 use indirect_scene::exr;
 use reference_pathtracer::{Bounces, Components, PixelFilter};
 use serde::Serialize;
@@ -75,14 +75,14 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let size = args.size.as_deref().map(parse_size).transpose()?;
     let options = reference_options(args)?;
     let values = match &chosen {
-        Some(t) => Values::parse(t.name(), t.params(), &with_bounces(args, t.as_ref()))?,
-        None => Values::parse(REFERENCE, &[], &args.set)?,
+        Some(t) => t.parse(&with_bounces(args, t.as_ref()))?,
+        None => Values::none(REFERENCE, &args.set)?,
     };
     if out.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
         return Err(Failure::file(out, "--out must end in .exr"));
     }
-    if chosen.is_none() && args.backend == Some(BackendArg::Gpu) {
-        return Err(Failure::Input("--backend gpu: the reference runs on the CPU".into()));
+    if chosen.is_none() && (args.backend == Some(BackendArg::Gpu) || !args.set_backend.is_empty()) {
+        return Err(Failure::Input("--backend gpu, --set-backend: the reference runs on the CPU".into()));
     }
     failure::writable(out)?;
     args.stats.as_deref().map(failure::writable).transpose()?;
@@ -97,26 +97,16 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
             render_reference(&stage, &options, args.component)?
         }
         Some(technique) => {
-            let backend = args.backend.map(|b| match b {
-                BackendArg::Cpu => Backend::Cpu,
-                BackendArg::Gpu => Backend::Gpu,
-            });
-            let gpu = if backend == Some(Backend::Cpu) {
-                None
-            } else {
-                match gpu::open(
-                    &source.scene,
-                    technique.largest_buffer(&SceneProfile::of(&source.scene), size, &values),
-                ) {
-                    Ok(gpu) => Some(gpu),
-                    Err(f) if backend.is_some() => return Err(f),
-                    Err(f) => {
-                        on_cpu = Some(format!("{}; the CPU renders", f.line()));
-                        None
-                    }
+            let backend = args.backend.map(backend);
+            let mut stage = Stage::new(&source, camera, size, None);
+            if backend != Some(Backend::Cpu) || !args.set_backend.is_empty() {
+                let limits = technique.required_limits(&stage, &values)?;
+                match gpu::open(&source.scene, &limits) {
+                    Ok(gpu) => stage.gpu = Some(gpu),
+                    Err(f) if backend.is_some() || !args.set_backend.is_empty() => return Err(f),
+                    Err(f) => on_cpu = Some(format!("{}; the CPU renders", f.line())),
                 }
-            };
-            let stage = Stage::new(&source, camera, size, gpu);
+            }
             render_technique(technique.as_ref(), &values, &stage, args, &options)?
         }
     };
@@ -157,6 +147,13 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
         warnings,
     };
     failure::write_json(path, &stats)
+}
+
+const fn backend(arg: BackendArg) -> Backend {
+    match arg {
+        BackendArg::Cpu => Backend::Cpu,
+        BackendArg::Gpu => Backend::Gpu,
+    }
 }
 
 fn reference_options(args: &RenderArgs) -> Outcome<ReferenceOptions> {
@@ -218,11 +215,18 @@ fn render_technique(
     args: &RenderArgs,
     options: &ReferenceOptions,
 ) -> Outcome<Rendered> {
-    let backend = if stage.gpu.is_some() { Backend::Gpu } else { Backend::Cpu };
+    let asked = args.backend.map(backend);
+    let backend = asked.unwrap_or(if stage.gpu.is_some() { Backend::Gpu } else { Backend::Cpu });
     let mut notes = technique.notes(&stage.profile);
     notes.warnings.extend(ignored(args, technique, values));
     let start = std::time::Instant::now();
-    let mut renderer = technique.prepare(stage, values, args.seed, backend)?;
+    let mut renderer = if args.set_backend.is_empty() {
+        technique.prepare(stage, values, args.seed, backend)?
+    } else {
+        let choices: Vec<_> = args.set_backend.iter().map(|(p, b)| (p.clone(), self::backend(*b))).collect();
+        notes.warnings.push("every pass runs on both backends: the times are not those of a frame".into());
+        technique.prepare_mixed(stage, values, args.seed, backend, &choices)?
+    };
     let prepare_ms = start.elapsed().as_secs_f64() * 1e3 + stage.accel_ms;
     let measured = technique::measure(renderer.as_mut(), stage, 3, 1.0)?;
     let direct = || direct_light(stage, options.spp, options.seed);
@@ -234,8 +238,8 @@ fn render_technique(
     Ok(Rendered {
         image,
         backend,
-        adapter: stage.gpu.as_ref().map(|g| g.context.describe()),
-        config: technique::config(values, args.seed),
+        adapter: stage.gpu.as_ref().map(|g| g.device.context.describe()),
+        config: technique.config(values, &stage.profile, args.seed),
         prepare_ms,
         frame_ms: measured.frame_ms,
         frames: measured.frames,
@@ -247,8 +251,7 @@ fn render_technique(
 
 /// The pairs of `--set`, after `--bounces` for a technique that has such a key: the more special one wins.
 fn with_bounces(args: &RenderArgs, technique: &dyn technique::Technique) -> Vec<String> {
-    let has_key = technique.params().iter().any(|p| p.key == "bounces");
-    let bounces = args.bounces.as_deref().filter(|b| has_key && *b != "inf");
+    let bounces = args.bounces.as_deref().filter(|b| technique.has_key("bounces") && *b != "inf");
     bounces.map(|b| format!("bounces={b}")).into_iter().chain(args.set.iter().cloned()).collect()
 }
 

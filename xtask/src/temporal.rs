@@ -5,11 +5,12 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 use indirect_accel::cast;
 use indirect_core::{Aabb, Camera, Image, LightKind, Mesh, NO_TRIANGLE, Scene, math};
+use indirect_gpu::wgpu::Limits;
 use serde::Serialize;
 
 use crate::cli::{Moving, TemporalArgs};
 use crate::failure::{self, Failure, Outcome};
-use crate::gpu::{self, Gpu};
+use crate::gpu::{self, Device, Gpu};
 use crate::stage::{Source, Stage};
 use crate::technique::{self, Backend, Renderer, Technique, Values};
 use crate::{progress, say, setup, warn};
@@ -34,8 +35,8 @@ impl Run {
     fn parse(text: &str) -> Outcome<Self> {
         let mut words = text.split_whitespace();
         let technique = technique::find(words.next().unwrap_or_default())?;
-        let pairs: Vec<_> = words.collect();
-        let values = Values::parse(technique.name(), technique.params(), &pairs)?;
+        let pairs: Vec<_> = words.map(str::to_owned).collect();
+        let values = technique.parse(&pairs)?;
         Ok(Self { text: text.to_owned(), technique, values })
     }
 }
@@ -92,14 +93,19 @@ pub(crate) fn run(args: &TemporalArgs) -> Outcome {
     let size = Source::size(&camera, args.width);
     let motion = Motion::new(&source.scene, &camera, &args.moving)
         .map_err(|why| Failure::Input(format!("{}: {why}", args.scene)))?;
-    let profile = indirect_core::SceneProfile::of(&source.scene);
-    let bytes = runs.iter().map(|r| r.technique.largest_buffer(&profile, size, &r.values)).max().unwrap_or(0);
     let adapter = if args.cpu_only { None } else { gpu::describe() };
     if adapter.is_none() && !args.cpu_only {
         warn(format!("{}: the frames are rendered on the CPU", setup::NO_ADAPTER));
     }
-    let mut context = match adapter {
-        Some(_) => Some(gpu::open(&source.scene, bytes)?.context),
+    let mut device = match adapter {
+        Some(_) => {
+            let stage = Stage::new(&source, &camera, size, None);
+            let mut limits = gpu::with_scene(&Limits::default(), &source.scene);
+            for run in &runs {
+                limits = gpu::larger(&limits, &run.technique.required_limits(&stage, &run.values)?);
+            }
+            Some(Device::open(&limits)?)
+        }
         None => None,
     };
     let rest = std::mem::take(&mut source.scene);
@@ -107,11 +113,10 @@ pub(crate) fn run(args: &TemporalArgs) -> Outcome {
     let (mut tracks, mut pending, mut seen) = (Vec::new(), Some(runs), Vec::new());
     for frame in 0..args.frames {
         source.scene = motion.at(&rest, frame as f32 / args.frames as f32);
-        let gpu = context.take().map(|c| Gpu::upload(c, &source.scene)).transpose()?;
+        let gpu = device.take().map(|d| Gpu::upload(d, &source.scene)).transpose()?;
         let stage = Stage::new(&source, &camera, size, gpu);
         for run in pending.take().into_iter().flatten() {
-            let gpu = stage.gpu.is_some() && run.technique.backends().contains(&Backend::Gpu);
-            let backend = if gpu { Backend::Gpu } else { Backend::Cpu };
+            let backend = if stage.gpu.is_some() { Backend::Gpu } else { Backend::Cpu };
             let renderer = run.technique.prepare(&stage, &run.values, 0, backend)?;
             tracks.push(Track { run, backend, renderer, images: Vec::new(), ms: Vec::new() });
         }
@@ -120,7 +125,7 @@ pub(crate) fn run(args: &TemporalArgs) -> Outcome {
             track.images.push(track.renderer.image()?);
         }
         seen.push(cast::gbuffer(&stage.accel, &stage.view, size).triangle);
-        context = stage.gpu.map(|g| g.context);
+        device = stage.gpu.map(|g| g.device);
         bar.inc(1);
     }
     bar.finish_and_clear();

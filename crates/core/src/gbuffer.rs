@@ -50,6 +50,13 @@ impl GBuffer {
         self.triangle.len()
     }
 
+    /// Bytes that it holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        // Triangle and depth, position, normal, albedo.
+        self.len() * (4 + 4 + 3 * size_of::<Vec3>())
+    }
+
     /// Whether there are no texels.
     #[must_use]
     pub fn is_empty(&self) -> bool {

@@ -2,7 +2,11 @@
 
 #[cfg(feature = "cpu")]
 pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
+mod history;
 mod reduced;
 
+pub use history::History;
 pub use reduced::Reduced;

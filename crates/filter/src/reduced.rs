@@ -1,18 +1,18 @@
 use bytemuck::{Pod, Zeroable};
 
-/// An image and a smaller one that samples it: one texel for each block of `step × step` pixels. Laid out as
-/// `filter/reduced.wgsl` declares it, 24 bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Reduced {
-    /// Width and height of the image, pixels.
-    pub size: [u32; 2],
-    /// Width and height of the smaller one, texels.
-    pub small: [u32; 2],
-    /// Pixels per texel along each side, `≥ 1`.
-    pub step: u32,
-    /// Fills the row.
-    pub pad0: u32,
+indirect_core::wgsl_struct! {
+    /// An image and a smaller one that samples it: one texel for each block of `step × step` pixels.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+    pub struct Reduced = "Reduced" {
+        /// Width and height of the image, pixels.
+        pub size: [u32; 2],
+        /// Width and height of the smaller one, texels.
+        pub small: [u32; 2],
+        /// Pixels per texel along each side, `≥ 1`.
+        pub step: u32,
+        /// Fills the row.
+        pub pad0: u32,
+    }
 }
 
 impl Reduced {

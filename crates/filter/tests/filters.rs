@@ -1,42 +1,17 @@
 //! The filters on the CPU: energy, histories, edges, degenerate input.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
+mod common;
+
 use core::f32::consts::{FRAC_1_PI, PI};
 
+use common::{floor_and_wall, view};
 use glam::{Vec2, Vec3};
 use indirect_core::{GBuffer, Projection, View};
 use indirect_filter::{
-    Reduced,
-    cpu::{Previous, bilateral, shade, shade_texels, smooth},
+    History, Reduced,
+    cpu::{bilateral, shade, shade_texels, smooth},
 };
-
-fn view() -> View {
-    let projection = Projection::Perspective { tan_half: Vec2::new(0.9, 0.55) };
-    let (eye, forward) = (Vec3::new(0.5, 1.8, 3.5), Vec3::new(-0.1, -0.3, -1.0));
-    View::look_to(eye, forward, Vec3::Y, projection, 0.01, 100.0)
-}
-
-/// What the view sees of a floor, `y = 0`, and of a wall that faces it, `z = −2`; nothing beyond `|x| = 2` and above 2.5.
-fn floor_and_wall(view: &View, size: [u32; 2]) -> GBuffer {
-    let mut g = GBuffer::new(size);
-    for i in 0..g.len() {
-        let pixel = Vec2::new((i as u32 % size[0]) as f32 + 0.5, (i as u32 / size[0]) as f32 + 0.5);
-        let ray = view.ray(pixel, size);
-        let floor = -ray.origin.y / ray.direction.y;
-        let wall = (-2.0 - ray.origin.z) / ray.direction.z;
-        let on_floor = floor > 0.0 && floor < wall;
-        let p = ray.at(if on_floor { floor } else { wall });
-        if p.y > 2.5 || p.x.abs() > 2.0 {
-            continue;
-        }
-        g.triangle[i] = u32::from(!on_floor);
-        g.position[i] = p;
-        g.normal[i] = if on_floor { Vec3::Y } else { Vec3::Z };
-        g.depth[i] = view.depth(p);
-        g.albedo[i] = Vec3::new(0.8, 0.5, 0.2);
-    }
-    g
-}
 
 /// Irradiance π on white is radiance 1; pixels that are not lit or see nothing are black.
 #[test]
@@ -63,12 +38,17 @@ fn smoothing_follows_and_forgets() {
     let view = view();
     let camera = floor_and_wall(&view, [24, 16]);
     let constant = |v: f32| vec![Vec3::splat(v); camera.len()];
-    let blend = |now: &[Vec3], view, depth: &[f32], past: &[Vec3]| {
-        smooth(now, &camera, &Previous { view, size: camera.size, depth, irradiance: past }, 0.5)
+    let history = |view: &View, camera: &GBuffer, depth: f32, irradiance: &[Vec3]| {
+        let pixels = irradiance.iter().zip(&camera.depth).map(|(e, d)| e.extend(d * depth)).collect();
+        History { view: *view, size: camera.size, pixels }
     };
+    let blend = |now: &[Vec3], past: &History| smooth(now, (&view, &camera), Some(past), 0.5).irradiance();
+    let same = |past: &[Vec3]| history(&view, &camera, 1.0, past);
+    let first = smooth(&constant(3.0), (&view, &camera), None, 0.5);
+    assert!((0..camera.len()).all(|i| first.pixels[i].x == if camera.is_surface(i) { 3.0 } else { 0.0 }));
     let mut past = constant(1.0);
     for frame in 1..=6 {
-        past = blend(&constant(3.0), &view, &camera.depth, &past);
+        past = blend(&constant(3.0), &same(&past));
         for i in (0..camera.len()).filter(|i| camera.is_surface(*i)) {
             let exact = 3.0 - 2.0 * 0.5_f32.powi(frame);
             // A pixel of the border reads less than four neighbours, and of them only what it finds.
@@ -78,11 +58,10 @@ fn smoothing_follows_and_forgets() {
     let mut poisoned = constant(1.0);
     poisoned[100] = Vec3::splat(f32::NAN);
     poisoned[101] = Vec3::splat(f32::INFINITY);
-    let next = blend(&constant(3.0), &view, &camera.depth, &poisoned);
+    let next = blend(&constant(3.0), &same(&poisoned));
     assert!(next.iter().all(|v| v.is_finite()));
     // Another depth was seen: hidden until now.
-    let hidden: Vec<f32> = camera.depth.iter().map(|d| d * 0.1).collect();
-    let next = blend(&constant(3.0), &view, &hidden, &constant(1.0));
+    let next = blend(&constant(3.0), &history(&view, &camera, 0.1, &constant(1.0)));
     assert!(
         (0..camera.len())
             .all(|i| next[i] == if camera.is_surface(i) { Vec3::splat(3.0) } else { Vec3::ZERO })
@@ -90,18 +69,16 @@ fn smoothing_follows_and_forgets() {
     // Another size of the image: the surface is found where it was seen. A history that is not as long as it says is ignored.
     let large = floor_and_wall(&view, [48, 32]);
     let bright = vec![Vec3::ONE; large.len()];
-    let resized = |irradiance: &[Vec3]| {
-        let previous = Previous { view: &view, size: large.size, depth: &large.depth, irradiance };
-        smooth(&constant(3.0), &camera, &previous, 0.5)
-    };
-    let (next, none) = (resized(&bright), resized(&bright[1..]));
+    let resized = history(&view, &large, 1.0, &bright);
+    let short = History { pixels: resized.pixels[1..].to_vec(), ..resized.clone() };
+    let (next, none) = (blend(&constant(3.0), &resized), blend(&constant(3.0), &short));
     let seen: Vec<f32> = (0..camera.len()).filter(|i| camera.is_surface(*i)).map(|i| next[i].x).collect();
     // 2 where all four neighbours count, 3 where none does: on the floor a texel's depth is 2 % of the next one's.
     let followed = seen.iter().filter(|v| **v < 2.0 + 1e-4).count();
     assert!(seen.iter().all(|v| (1.999..3.001).contains(v)) && 4 * followed > seen.len(), "{followed}");
     assert!((0..camera.len()).all(|i| !camera.is_surface(i) || none[i] == Vec3::splat(3.0)));
     let elsewhere = View { origin: view.origin * 40.0, ..view };
-    let next = blend(&constant(3.0), &elsewhere, &camera.depth, &constant(1.0));
+    let next = blend(&constant(3.0), &history(&elsewhere, &camera, 1.0, &constant(1.0)));
     assert!(
         (0..camera.len())
             .all(|i| next[i] == if camera.is_surface(i) { Vec3::splat(3.0) } else { Vec3::ZERO })

@@ -54,7 +54,28 @@ fn check_storage_size(device: &Device, what: &'static str, needed: u64) -> Resul
 /// # Errors
 /// [`GpuError::ReadBack`] when the device is lost or the copy cannot be mapped.
 pub fn read_buffer<T: Pod>(device: &Device, queue: &Queue, buffer: &Buffer) -> Result<Vec<T>, GpuError> {
-    let size = buffer.size();
+    read_range(device, queue, buffer, 0, u64::MAX)
+}
+
+/// [`read_buffer`] of up to `count` elements from element `first` on; a part that lies beyond the buffer's end is left out.
+///
+/// # Errors
+/// As there.
+pub fn read_range<T: Pod>(
+    device: &Device,
+    queue: &Queue,
+    buffer: &Buffer,
+    first: u64,
+    count: u64,
+) -> Result<Vec<T>, GpuError> {
+    let element = size_of::<T>() as u64;
+    let end = first.saturating_add(count).saturating_mul(element).min(buffer.size());
+    let begin = first.saturating_mul(element).min(end);
+    // Copies are in words: an element that is no whole number of them does not occur.
+    let size = (end - begin) & !3;
+    if size == 0 {
+        return Ok(Vec::new());
+    }
     let staging = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read-back"),
         size,
@@ -62,7 +83,7 @@ pub fn read_buffer<T: Pod>(device: &Device, queue: &Queue, buffer: &Buffer) -> R
         mapped_at_creation: false,
     });
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
+    encoder.copy_buffer_to_buffer(buffer, begin, &staging, 0, size);
     queue.submit([encoder.finish()]);
     let (sender, receiver) = std::sync::mpsc::channel();
     staging.map_async(wgpu::MapMode::Read, .., move |result| {

@@ -11,7 +11,7 @@ mod raster;
 mod scene;
 mod timer;
 
-pub use buffer::{empty_storage_buffer, read_buffer, storage_buffer, uniform_buffer};
+pub use buffer::{empty_storage_buffer, read_buffer, read_range, storage_buffer, uniform_buffer};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
 pub use indirect_core::PassTime;
@@ -21,7 +21,7 @@ pub use kernel::{
     workgroups_2d,
 };
 pub use layout::{Vec3Pad, ViewUniform};
-pub use pass::Pass;
+pub use pass::{Pass, Use};
 pub use plan::Plan;
 pub use raster::{GBufferTarget, Raster};
 pub use scene::{SceneBuffers, scene_layout};

@@ -10,7 +10,11 @@ use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::GBuffer;
 use indirect_metrics::{Reference, compare};
 use indirect_scene::fixtures;
-use radiance_hints::{Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Visibility, cpu};
+use radiance_hints::{
+    Lattice, Options, Order, Params, RadianceHints, Reconstruction, Sampling, Scale, Setup, Surround,
+    Visibility,
+    cpu::{self, Fit},
+};
 use reference_pathtracer::{Bounces, Components, Estimate, Samples, Settings, render};
 
 const SIZE: [u32; 2] = [128, 128];
@@ -34,12 +38,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         render(&accel, &view, SIZE, &settings)
     };
     let measure = |what: &str, cells: u32, options: Options, params: Params, truth: &Estimate| {
-        let lattice = Lattice::new(&bounds, [cells; 3])?;
+        // What surrounds the box, where the options ask for it; and cubes of cells, not the scene's proportions.
+        let setup = RadianceHints::fit(&accel, options, params)?;
+        let mut setup = Setup { lattice: Lattice::new(&bounds, [cells; 3])?, ..setup };
         let reference = Reference::exact(&truth.indirect, &truth.surface);
         let (mut rmse, mut bias, mut worst, mut flip) = (0.0, 0.0, 0.0_f64, 0.0);
         for seed in 1..=SEEDS {
-            let params = Params { seed, ..params };
-            let found = cpu::indirect(&accel, &view, &camera, &lattice, &options, &params)?;
+            setup.params.seed = seed;
+            let found = cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup))?;
             let found = compare(&found.image, &reference)?;
             let error = found.luminance;
             flip += found.flip / f64::from(SEEDS);
@@ -52,7 +58,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         Ok::<(), Box<dyn Error>>(())
     };
 
-    let (one, params) = (Options::default(), Params::default());
+    let params = Params::default();
+    let one = Options { bounces: 1, visibility: Visibility::Off, ..Options::default() };
     let matched = truth(1, true, 8192)?;
     for samples in [12, 30, 60, 120, 200, 1000] {
         let options = Options { samples, ..one };
@@ -68,24 +75,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let lists = Options { sampling: Sampling::Importance, ..one };
     measure("16³, 60 samples, lists alone", 16, lists, params, &matched)?;
-    let read = Params { reconstruction: Reconstruction::AsPrinted, ..params };
+    let read = Params { reconstruct: Reconstruction::AsPrinted, ..params };
     measure("16³, lists alone, read as printed", 16, lists, read, &matched)?;
     let printed = Params { footprint: 0.0, jitter: 1.0, ..read };
     measure("16³, 60 samples, all as printed", 16, lists, printed, &matched)?;
-    let disc = Options { sampling: Sampling::Disc { fraction: 0.9 }, ..one };
-    measure("the same, disc of 0.9", 16, disc, printed, &matched)?;
+    let disc = Options { sampling: Sampling::Disc, ..one };
+    measure("the same, disc of 0.9", 16, disc, Params { disc: 0.9, ..printed }, &matched)?;
 
-    let three = Options { bounces: 3, visibility: Visibility::RsmDepth, ..one };
-    let maps = rsm::cpu::generate(&accel, &rsm::Options { resolution: 64, ..rsm::Options::default() })?;
-    let enclosed = Params { enclosure: Some(cpu::enclosure(&accel, &bounds, &maps)), ..params };
+    let three = Options::default();
     let truth = truth(3, false, 2048)?;
-    measure("3 bounces, by depth, enclosed", 16, three, enclosed, &truth)?;
-    measure("3 bounces, by depth, maps alone", 16, three, params, &truth)?;
-    measure(
-        "3 bounces, no visibility, enclosed",
-        16,
-        Options { visibility: Visibility::Off, ..three },
-        enclosed,
-        &truth,
-    )
+    measure("3 bounces, by depth, enclosed", 16, three, params, &truth)?;
+    let alone = Options { enclosure: Surround::Maps, ..three };
+    measure("3 bounces, by depth, maps alone", 16, alone, params, &truth)?;
+    let open = Options { visibility: Visibility::Off, ..three };
+    measure("3 bounces, no visibility, enclosed", 16, open, params, &truth)
 }

@@ -6,13 +6,16 @@ pub mod cpu;
 pub mod gpu;
 pub mod layout;
 
-mod error;
-mod params;
+mod passes;
+mod settings;
+mod setup;
 mod volume;
 
-pub use error::Error;
-pub use layout::{Sample, Surroundings, Volume, Window};
-pub use params::{
-    Enclosure, INTERLEAVE, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
+pub use layout::{Near, Sample, Surroundings, Volume, Window};
+pub use passes::{Output, RadianceHints};
+pub use rsm::Error;
+pub use settings::{
+    Options, Order, Params, Reconstruction, Sampling, Scale, Surround, Transport, Visibility,
 };
+pub use setup::{Draw, Enclosure, INTERLEAVE, Setup};
 pub use volume::{Lattice, MAX_HINTS, MAX_VOLUMES};

@@ -1,10 +1,8 @@
 use glam::{UVec3, Vec3};
 use indirect_core::Aabb;
+use indirect_core::settings::BadOption;
 
-use crate::{
-    Error,
-    layout::{VOLUMES, Volume},
-};
+use crate::layout::{VOLUMES, Volume};
 
 /// Most volumes of a [`Lattice`]: they share one uniform buffer.
 pub const MAX_VOLUMES: usize = VOLUMES;
@@ -31,8 +29,8 @@ impl Lattice {
     /// is long along the others, to either side: hints on a surface would see nothing of it.
     ///
     /// # Errors
-    /// [`Error::BadOption`] for bounds that are not finite or empty, or a resolution of 0 or beyond [`MAX_HINTS`] hints.
-    pub fn new(bounds: &Aabb, resolution: [u32; 3]) -> Result<Self, Error> {
+    /// [`BadOption`] for bounds that are not finite or empty, or a resolution of 0 or beyond [`MAX_HINTS`] hints.
+    pub fn new(bounds: &Aabb, resolution: [u32; 3]) -> Result<Self, BadOption> {
         Self::of([(*bounds, resolution)])
     }
 
@@ -41,10 +39,10 @@ impl Lattice {
     ///
     /// # Errors
     /// As [`Lattice::new`].
-    pub fn fit(bounds: &Aabb, hints: u32) -> Result<Self, Error> {
+    pub fn fit(bounds: &Aabb, hints: u32) -> Result<Self, BadOption> {
         check_bounds(bounds)?;
         if !(1..=MAX_HINTS).contains(&hints) {
-            return Err(bad("hints", hints.to_string(), "in 1..=4194304"));
+            return Err(BadOption::new("hints", hints, "in 1..=4194304"));
         }
         let extent = bounds.extent();
         let cells =
@@ -63,21 +61,29 @@ impl Lattice {
     ///
     /// # Errors
     /// As [`Lattice::new`], and for no box or more than [`MAX_VOLUMES`].
-    pub fn of(boxes: impl IntoIterator<Item = (Aabb, [u32; 3])>) -> Result<Self, Error> {
+    pub fn of(boxes: impl IntoIterator<Item = (Aabb, [u32; 3])>) -> Result<Self, BadOption> {
         let (mut volumes, mut hints) = (Vec::new(), 0_u64);
         for (bounds, resolution) in boxes {
             check_bounds(&bounds)?;
             if resolution.contains(&0) {
-                return Err(bad("resolution", format!("{resolution:?}"), "at least 1 along each axis"));
+                return Err(BadOption::new(
+                    "resolution",
+                    format_args!("{resolution:?}"),
+                    "at least 1 along each axis",
+                ));
             }
             volumes.push(volume(&bounds, resolution, hints as u32));
             hints += resolution.iter().fold(1_u64, |n, r| n.saturating_mul(u64::from(*r)));
             if hints > u64::from(MAX_HINTS) {
-                return Err(bad("resolution", format!("{hints} hints"), "at most 4194304 hints"));
+                return Err(BadOption::new(
+                    "resolution",
+                    format_args!("{hints} hints"),
+                    "at most 4194304 hints",
+                ));
             }
         }
         if volumes.is_empty() || volumes.len() > MAX_VOLUMES {
-            return Err(bad("volumes", volumes.len().to_string(), "in 1..=16"));
+            return Err(BadOption::new("volumes", volumes.len(), "in 1..=16"));
         }
         let boxes: Vec<Aabb> = volumes.iter().map(Volume::bounds).collect();
         for (volume, own) in volumes.iter_mut().zip(&boxes) {
@@ -90,6 +96,7 @@ impl Lattice {
 
     /// The box at whose border later bounces of hint `i` begin. A box within a larger one is no room of its own: its border
     /// is open.
+    #[cfg(feature = "cpu")]
     pub(crate) fn room(&self, i: u32) -> &Volume {
         &self.volumes[self.place(i).0.room as usize]
     }
@@ -131,11 +138,7 @@ impl Lattice {
     }
 }
 
-fn bad(option: &'static str, value: String, requirement: &'static str) -> Error {
-    Error::BadOption { option, value, requirement }
-}
-
-fn check_bounds(bounds: &Aabb) -> Result<(), Error> {
+fn check_bounds(bounds: &Aabb) -> Result<(), BadOption> {
     let extent = bounds.extent();
     if bounds.min.is_finite()
         && extent.is_finite()
@@ -144,7 +147,7 @@ fn check_bounds(bounds: &Aabb) -> Result<(), Error> {
     {
         return Ok(());
     }
-    Err(bad("bounds", format!("{} to {}", bounds.min, bounds.max), "finite and not a point"))
+    Err(BadOption::new("bounds", format_args!("{} to {}", bounds.min, bounds.max), "finite and not a point"))
 }
 
 fn volume(bounds: &Aabb, resolution: [u32; 3], first: u32) -> Volume {

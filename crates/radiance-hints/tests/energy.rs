@@ -6,15 +6,16 @@ mod common;
 
 use core::f32::consts::PI;
 
-use common::{camera_view, floor_and_wall, lattice, light, lights, room, spot};
+use common::{camera_view, floor_and_wall, lattice, light, lights, one_bounce, room, setup, spot};
 use glam::{DVec3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{Aabb, math::luminance};
 use indirect_filter::Reduced;
 use indirect_scene::fixtures::SphereFurnace;
 use radiance_hints::{
-    Enclosure, Lattice, Options, Order, Params, Reconstruction, Sample, Sampling, Surroundings, Transport,
-    cpu::{self, Near, Samples},
+    Draw, Enclosure, Lattice, Near, Options, Order, Params, Reconstruction, Sample, Sampling, Surroundings,
+    Transport,
+    cpu::{self, Samples},
 };
 
 /// `√4π`: what a coefficient `L_00` is multiplied by for the integral over all directions.
@@ -26,10 +27,9 @@ fn one_hint() -> Lattice {
 
 /// What one hint at the origin sees of one patch.
 fn see(patch: Sample, footprint: f32) -> Vec<Vec4> {
-    let options = Options { samples: 1, ..Options::default() };
-    let params = Params { jitter: 0.0, footprint, ..Params::default() };
-    let samples = Samples { lists: &vec![patch; 64], near: &Near::default() };
-    cpu::estimate(&one_hint(), &samples, &[], &options, &params).hints
+    let draw = Draw { sampling: Sampling::Nearby, disc: 1.0, samples: 1, seed: 0 };
+    let samples = Samples { draw, lists: &vec![patch; 64], near: &Near::default() };
+    cpu::estimate(&one_hint(), &samples, &[], Order::Three, (0.0, footprint), false).hints
 }
 
 /// Eq. 2–4 with unit vectors: `Φ cosθ/(πd²)`; the printed unnormalised product would grow with the distance.
@@ -81,18 +81,17 @@ fn check_mean(sampling: Sampling, hint: u32) {
         .lights
         .push(light(spot(Vec3::new(-1.0, 2.0, 1.0), Vec3::new(0.3, -1.0, -0.8), 10.0, 30.0), Vec3::X));
     let accel = Accel::build(&scene, BuildPreset::Fast);
-    let options = Options { resolution: 64, samples: 24, sampling, ..Options::default() };
-    let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
+    let disc = 0.3;
+    let rsm = rsm::cpu::generate(&accel, 64).unwrap();
     let lattice = Lattice::new(&scene.bounds().unwrap(), [3; 3]).unwrap();
-    let params = |seed| Params { seed, jitter: 0.0, footprint: 0.0, ..Params::default() };
     let p = lattice.position(hint);
     let mut exact = DVec3::ZERO;
     for map in &rsm.maps {
         for (i, t) in map.texels.iter().enumerate() {
-            if let Sampling::Disc { fraction } = sampling {
+            if sampling == Sampling::Disc {
                 let (centre, _) = map.view.project(p, [1, 1]).unwrap();
                 let at = glam::Vec2::new((i % 64) as f32 + 0.5, (i / 64) as f32 + 0.5) / 64.0;
-                if (at - centre).length() > (fraction / PI).sqrt() {
+                if (at - centre).length() > (disc / PI).sqrt() {
                     continue;
                 }
             }
@@ -104,12 +103,13 @@ fn check_mean(sampling: Sampling, hint: u32) {
     let seeds = 400;
     let found: Vec<DVec3> = (0..seeds)
         .map(|seed| {
-            let samples = cpu::sample(&rsm, &lattice, &options, seed);
-            let near = cpu::near(&rsm, &lattice, &options, seed);
+            let draw = Draw { sampling, disc, samples: 24, seed };
+            let samples = cpu::sample(&rsm, &lattice, &draw);
+            let near = cpu::near(&rsm, &lattice, &draw);
             let closely = near.windows.get(hint as usize).is_some_and(|w| w.first != w.end);
             assert_eq!(closely, sampling == Sampling::Nearby, "hint {hint} has a window");
-            let samples = Samples { lists: &samples, near: &near };
-            let hints = cpu::estimate(&lattice, &samples, &[], &options, &params(seed)).hints;
+            let samples = Samples { draw, lists: &samples, near: &near };
+            let hints = cpu::estimate(&lattice, &samples, &[], Order::Three, (0.0, 0.0), false).hints;
             let at = hint as usize * 7;
             Vec3::new(hints[at].x, hints[at + 1].x, hints[at + 2].x).as_dvec3() * f64::from(ROOT)
         })
@@ -120,7 +120,7 @@ fn check_mean(sampling: Sampling, hint: u32) {
     let error = DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt()) / n.sqrt();
     println!("{sampling:?}: {mean} ± {error}, exact {exact}");
     // Three standard errors; 1e-3 where a disc's rim cuts texels that the sum takes whole: its radius is some 30 texels.
-    let slack = if matches!(sampling, Sampling::Disc { .. }) { 3e-3 } else { 1e-5 };
+    let slack = if sampling == Sampling::Disc { 3e-3 } else { 1e-5 };
     for c in 0..3 {
         assert!((mean[c] - exact[c]).abs() < 3.0 * error[c] + slack * exact[c], "{mean} {exact} {error}");
     }
@@ -141,7 +141,7 @@ fn windows_and_lists_together_stand_for_every_texel() {
 /// Eq. 4's `M/N_s` would be too bright by `1/c`.
 #[test]
 fn disc_samples_stand_for_the_texels_of_the_disc() {
-    check_mean(Sampling::Disc { fraction: 0.3 }, 13);
+    check_mean(Sampling::Disc, 13);
 }
 
 #[test]
@@ -149,9 +149,9 @@ fn lists_carry_the_flux_of_the_maps_shared_by_power() {
     let mut scene = floor_and_wall(lights()[1], 1.0);
     scene.lights.push(light(lights()[0], Vec3::splat(0.4)));
     let accel = Accel::build(&scene, BuildPreset::Fast);
-    let options = Options { resolution: 32, samples: 64, ..Options::default() };
-    let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
-    let samples = cpu::sample(&rsm, &lattice(&scene, 4), &options, 3);
+    let rsm = rsm::cpu::generate(&accel, 32).unwrap();
+    let draw = Draw { sampling: Sampling::Nearby, disc: 1.0, samples: 64, seed: 3 };
+    let samples = cpu::sample(&rsm, &lattice(&scene, 4), &draw);
     let total = luminance(rsm.reflected().as_vec3());
     for list in samples.chunks(64) {
         // Every sample carries the same luminance, so each list carries all of it.
@@ -175,12 +175,11 @@ fn a_box_within_a_room_is_no_room() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let bounds = scene.bounds().unwrap();
     let inner = Aabb { min: Vec3::splat(-0.5), max: Vec3::splat(0.5) };
-    let options =
-        Options { resolution: 64, samples: 400, bounces: 3, bounce_samples: 256, ..Options::default() };
+    let options = Options { resolution: 64, samples: 400, bounces: 3, bounce_samples: 256, ..one_bounce() };
     let middle = |lattice: &Lattice| {
-        let camera = cast::gbuffer(&accel, &camera_view(1.0), [1, 1]);
-        let found =
-            cpu::indirect(&accel, &camera_view(1.0), &camera, lattice, &options, &Params::default()).unwrap();
+        let (view, setup) = (camera_view(1.0), setup(lattice, options, Params::default()));
+        let camera = cast::gbuffer(&accel, &view, [1, 1]);
+        let found = cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup)).unwrap();
         // Later bounces alone, so that the first one's noise is not in it.
         let of = |bounce: usize| {
             let field = cpu::Field { lattice, order: options.order, hints: &found.bounces[bounce] };
@@ -206,12 +205,11 @@ fn a_box_within_a_room_is_no_room() {
 fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     const ALBEDO: f32 = 0.5;
     let lattice = Lattice::new(&Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 2.0, 4.0) }, [4, 3, 5]).unwrap();
-    let options = Options { bounces, bounce_samples: 256, ..Options::default() };
     let enclosure =
         enclosed.then_some(Enclosure { albedo: [Vec3::splat(ALBEDO); 6], ..Enclosure::default() });
     // A third of the diagonal: most places of a sphere lie inside of the box.
     let range = if transport == Transport::Directions { 1.0 } else { 0.33 };
-    let params = Params { transport, enclosure, range, ..Params::default() };
+    let directions = cpu::Directions { count: 256, seed: 0, range, enclosure };
     let mut uniform = [Vec3::ZERO; 9];
     uniform[0] = Vec3::splat(ROOT);
     let first: Vec<Vec4> = (0..lattice.hints()).flat_map(|_| cpu::pack(&uniform)).collect();
@@ -220,7 +218,8 @@ fn uniform(transport: Transport, enclosed: bool, bounces: u32) -> Vec<f32> {
     let mut totals = vec![1.0];
     let mut last = first.clone();
     for number in 2..=bounces {
-        last = cpu::bounce(&lattice, &first, &last, &surroundings, &[], number, &options, &params);
+        let field = cpu::Field { lattice: &lattice, order: Order::Three, hints: &last };
+        last = cpu::bounce(&field, &first, &surroundings, &[], &directions, transport, number);
         let mean = last.iter().step_by(7).map(|v| v.x).sum::<f32>() / lattice.hints() as f32 / ROOT;
         totals.push(mean);
     }
@@ -276,26 +275,27 @@ fn bounces_of_a_sphere_add_up() {
     let lattice = Lattice::new(&bounds, [12; 3]).unwrap();
     let camera = cast::gbuffer(&accel, &scene.cameras[0].view([32, 32]), [32, 32]);
     // More samples than the default: what is measured is the method, not their luck.
-    let options =
-        Options { resolution: 128, samples: 200, bounces: 4, bounce_samples: 64, ..Options::default() };
-    let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
+    let draw = Draw { sampling: Sampling::Nearby, disc: 1.0, samples: 200, seed: 0 };
+    let rsm = rsm::cpu::generate(&accel, 128).unwrap();
     for enclosure in [Some(cpu::enclosure(&accel, &bounds, &rsm)), None] {
         println!("{enclosure:?}");
-        let params = Params { enclosure, ..Params::default() };
-        let (lists, near) =
-            (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
-        let samples = Samples { lists: &lists, near: &near };
-        let estimate = cpu::estimate(&lattice, &samples, &[], &options, &params);
+        let (lists, near) = (cpu::sample(&rsm, &lattice, &draw), cpu::near(&rsm, &lattice, &draw));
+        let samples = Samples { draw, lists: &lists, near: &near };
+        let shape = (0.0, Params::default().footprint);
+        let estimate = cpu::estimate(&lattice, &samples, &[], Order::Three, shape, true);
+        let directions = cpu::Directions { count: 64, seed: 0, range: 1.0, enclosure };
         let mut last = estimate.hints.clone();
         let mut exact = 0.0;
         for number in 1..=4 {
             exact += 0.628 * 0.5_f32.powi(number as i32);
             if number > 1 {
                 let (first, around) = (&estimate.hints, &estimate.surroundings);
-                last = cpu::bounce(&lattice, first, &last, around, &[], number, &options, &params);
+                let field = cpu::Field { lattice: &lattice, order: Order::Three, hints: &last };
+                last = cpu::bounce(&field, first, around, &[], &directions, Transport::Directions, number);
             }
-            let field = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
-            let e = cpu::reconstruct(&field, &camera, &Reduced::new(camera.size, 1), params.reconstruction);
+            let field = cpu::Field { lattice: &lattice, order: Order::Three, hints: &last };
+            let e =
+                cpu::reconstruct(&field, &camera, &Reduced::new(camera.size, 1), Reconstruction::NearSurface);
             let mean = e.iter().sum::<Vec3>().x / e.len() as f32;
             println!("{number} bounces: {mean} exact {exact}, off by {:+.3}", mean / exact - 1.0);
             // The first bounce is the method's own: a curved wall within one cell's reads, 3 % too bright as measured, and not
@@ -320,27 +320,17 @@ fn albedo_follows_from_the_fluxes() {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let view = camera_view(1.0);
     let camera = cast::gbuffer(&accel, &view, [8, 8]);
-    let options = Options { resolution: 32, bounces: 2, ..Options::default() };
-    let found =
-        cpu::indirect(&accel, &view, &camera, &lattice(&scene, 4), &options, &Params::default()).unwrap();
-    for s in &found.surroundings {
+    let found = |bounces| {
+        let options = Options { resolution: 32, bounces, ..one_bounce() };
+        let setup = setup(&lattice(&scene, 4), options, Params::default());
+        cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup)).unwrap().surroundings
+    };
+    for s in &found(2) {
         // All surfaces have the same.
         assert!((Vec3::from(s.albedo) - Vec3::new(0.8, 0.5, 0.2)).abs().max_element() < 1e-5, "{s:?}");
         assert!(s.r_min > 0.0 && s.r_max > s.r_min);
     }
-    assert!(
-        cpu::indirect(
-            &accel,
-            &view,
-            &camera,
-            &lattice(&scene, 4),
-            &Options { bounces: 1, ..options },
-            &Params::default()
-        )
-        .unwrap()
-        .surroundings
-        .is_empty()
-    );
+    assert!(found(1).is_empty());
 }
 
 /// Eq. 11 where both distances are the same: a hint that saw one sample, or none.

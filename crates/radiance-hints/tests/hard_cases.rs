@@ -5,26 +5,30 @@
 mod common;
 
 use common::{
-    camera_view, floor_and_wall, lattice, light, lights, push_square, room, scaled, spot, two_volumes,
+    camera_view, floor_and_wall, lattice, light, lights, one_bounce, push_square, room, scaled, setup, spot,
+    two_volumes,
 };
 use glam::{Mat3, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset, cast};
+use indirect_core::settings::{BadOption, Settings};
 use indirect_core::{Aabb, LightKind, Material, Scene};
 use indirect_filter::Reduced;
 use radiance_hints::{
-    Error, Lattice, Options, Order, Params, Reconstruction, Sampling, Scale, Transport, Visibility,
-    cpu::{self, Samples},
+    Lattice, Options, Order, Output, Params, RadianceHints, Reconstruction, Sampling, Scale, Surround,
+    Transport, Visibility,
+    cpu::{self, Fit, Samples},
 };
 
 fn options() -> Options {
-    Options { resolution: 32, samples: 20, bounce_samples: 8, ..Options::default() }
+    Options { resolution: 32, samples: 20, bounce_samples: 8, ..one_bounce() }
 }
 
-fn render(scene: &Scene, scale: f32, lattice: &Lattice, options: &Options, params: &Params) -> cpu::Output {
+fn render(scene: &Scene, scale: f32, lattice: &Lattice, options: Options, params: Params) -> Output {
     let accel = Accel::build(scene, BuildPreset::Fast);
     let view = camera_view(scale);
     let camera = cast::gbuffer(&accel, &view, [24, 16]);
-    let output = cpu::indirect(&accel, &view, &camera, lattice, options, params).unwrap();
+    let setup = setup(lattice, options, params);
+    let output = cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup)).unwrap();
     assert_eq!(output.image.non_finite(), 0);
     assert!(output.image.pixels.iter().all(|p| p.min_element() >= 0.0));
     assert!(output.bounces.iter().flatten().all(|c| c.is_finite()));
@@ -43,7 +47,7 @@ fn the_image_does_not_depend_on_the_scale() {
             }
             let options =
                 Options { bounces: 3, scale: Scale::Half, visibility: Visibility::RsmDepth, ..options() };
-            render(&scene, s, &lattice(&scene, 6), &options, &Params::default()).image
+            render(&scene, s, &lattice(&scene, 6), options, Params::default()).image
         };
         let one = image(1.0);
         let mean = one.mean().max_element();
@@ -76,24 +80,25 @@ fn degenerate_scenes_and_options_stay_finite() {
     plane.lights.push(light(lights()[0], Vec3::ONE));
     scenes.push(plane);
     let printed = Params {
-        reconstruction: Reconstruction::AsPrinted,
-        transport: Transport::SphereAsPrinted,
+        reconstruct: Reconstruction::AsPrinted,
         footprint: 0.0,
         jitter: 1.0,
         range: 0.1,
+        disc: 0.2,
         ..Params::default()
     };
     for scene in &scenes {
         for cells in [1, 2, 5] {
             let lattice = lattice(scene, cells);
             for visibility in [Visibility::Off, Visibility::RsmDepth, Visibility::CameraDepth] {
-                for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc { fraction: 0.2 }] {
+                for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc] {
                     let more = Options { visibility, sampling, bounces: 3, resolution: 9, ..options() };
-                    render(scene, 1.0, &lattice, &more, &Params::default());
-                    let more = Options { order: Order::Two, scale: Scale::Quarter, ..more };
-                    render(scene, 1.0, &lattice, &more, &printed);
-                    let sphere = Params { transport: Transport::Sphere, ..printed };
-                    render(scene, 1.0, &lattice, &Options { samples: 1, resolution: 1, ..more }, &sphere);
+                    render(scene, 1.0, &lattice, more, Params { disc: 0.2, ..Params::default() });
+                    let transport = Transport::SphereAsPrinted;
+                    let more = Options { order: Order::Two, scale: Scale::Quarter, transport, ..more };
+                    render(scene, 1.0, &lattice, more, printed);
+                    let sphere = Options { transport: Transport::Sphere, samples: 1, resolution: 1, ..more };
+                    render(scene, 1.0, &lattice, sphere, printed);
                 }
             }
         }
@@ -107,9 +112,9 @@ fn without_light_it_is_black() {
     let mut black = floor_and_wall(lights()[0], 1.0);
     black.materials[0].base_color = Vec3::ZERO;
     for scene in [dark, black] {
-        for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc { fraction: 0.5 }] {
+        for sampling in [Sampling::Nearby, Sampling::Importance, Sampling::Disc] {
             let options = Options { bounces: 2, sampling, ..options() };
-            let output = render(&scene, 1.0, &lattice(&scene, 4), &options, &Params::default());
+            let output = render(&scene, 1.0, &lattice(&scene, 4), options, Params::default());
             assert!(output.image.pixels.iter().all(|p| *p == Vec3::ZERO));
         }
     }
@@ -121,7 +126,7 @@ fn results_repeat_bit_for_bit_on_any_number_of_threads() {
     let options = Options { bounces: 3, visibility: Visibility::RsmDepth, scale: Scale::Half, ..options() };
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| render(&scene, 1.0, &two_volumes(&scene), &options, &Params::default()))
+        pool.install(|| render(&scene, 1.0, &two_volumes(&scene), options, Params::default()))
     };
     let (one, three) = (run(1), run(3));
     assert_eq!(one.image, three.image);
@@ -201,18 +206,21 @@ fn light_does_not_leak_through_a_lit_wall() {
     let camera = cast::gbuffer(&accel, &camera_view(1.0), [2, 2]);
     let leak = |visibility, reconstruction, jitter, bounces, stopped| {
         let options = Options { resolution: 256, visibility, bounces, ..Options::default() };
-        let rsm = rsm::cpu::generate(&accel, &options.rsm()).unwrap();
+        let rsm = rsm::cpu::generate(&accel, 256).unwrap();
         let enclosure = (bounces > 1).then(|| cpu::enclosure(&accel, &scene.bounds().unwrap(), &rsm));
-        let params = Params { reconstruction, jitter, enclosure, ..Params::default() };
-        let (lists, near) =
-            (cpu::sample(&rsm, &lattice, &options, 0), cpu::near(&rsm, &lattice, &options, 0));
-        let samples = Samples { lists: &lists, near: &near };
-        let blocked =
-            cpu::occlusion(&rsm, (&camera_view(1.0), &camera), &lattice, &samples, &options, &params);
-        let first = cpu::estimate(&lattice, &samples, &blocked, &options, &params);
-        let stops = if stopped { cpu::stops(&rsm, &lattice, &options, &params) } else { Vec::new() };
+        let draw = setup(&lattice, options, Params::default()).draw();
+        let (lists, near) = (cpu::sample(&rsm, &lattice, &draw), cpu::near(&rsm, &lattice, &draw));
+        let samples = Samples { draw, lists: &lists, near: &near };
+        let seen = (&camera_view(1.0), &camera);
+        let blocked = cpu::occlusion(&rsm, seen, &lattice, &samples, visibility, jitter);
+        let shape = (jitter, Params::default().footprint);
+        let first = cpu::estimate(&lattice, &samples, &blocked, options.order, shape, bounces > 1);
+        let directions = cpu::Directions { count: options.bounce_samples, seed: 0, range: 1.0, enclosure };
+        let stops = if stopped { cpu::stops(&rsm, &lattice, &directions) } else { Vec::new() };
         let hints = (2..=bounces).fold(first.hints.clone(), |last, number| {
-            cpu::bounce(&lattice, &first.hints, &last, &first.surroundings, &stops, number, &options, &params)
+            let last = cpu::Field { lattice: &lattice, order: options.order, hints: &last };
+            let transport = Transport::Directions;
+            cpu::bounce(&last, &first.hints, &first.surroundings, &stops, &directions, transport, number)
         });
         let field = cpu::Field { lattice: &lattice, order: options.order, hints: &hints };
         // Floor, ceiling, end wall and the wall's own two sides.
@@ -263,7 +271,8 @@ fn upsampling_keeps_planes_and_edges() {
     let camera = cast::gbuffer(&accel, &view, [96, 64]);
     let full = |scale| {
         let options = Options { resolution: 64, scale, ..options() };
-        cpu::indirect(&accel, &view, &camera, &lattice, &options, &Params::default()).unwrap()
+        let setup = setup(&lattice, options, Params::default());
+        cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup)).unwrap()
     };
     let truth = full(Scale::Full).irradiance;
     let mean = truth.iter().sum::<Vec3>().x / truth.len() as f32;
@@ -281,25 +290,25 @@ fn upsampling_keeps_planes_and_edges() {
 
 #[test]
 fn bad_options_name_themselves() {
-    let name = |e: Result<(), Error>| match e {
-        Err(Error::BadOption { option, .. }) => option,
-        other => panic!("{other:?}"),
-    };
-    let o = options();
-    assert_eq!(name(Options { samples: 0, ..o }.validate()), "samples");
+    let name = |e: Result<(), BadOption>| e.unwrap_err().option;
+    let (o, p) = (options(), Params::default());
+    assert_eq!(name(Options { resolution: 0, ..o }.validate()), "resolution");
     assert_eq!(name(Options { samples: 1025, ..o }.validate()), "samples");
     assert_eq!(name(Options { bounces: 0, ..o }.validate()), "bounces");
-    assert_eq!(name(Options { bounce_samples: 0, ..o }.validate()), "bounce_samples");
-    for fraction in [0.0, 1.5, f32::NAN] {
-        assert_eq!(name(Options { sampling: Sampling::Disc { fraction }, ..o }.validate()), "fraction");
+    assert_eq!(name(Options { smoothing: 1.0, ..o }.validate()), "smoothing");
+    for disc in [0.0, 1.5, f32::NAN] {
+        assert_eq!(name(Params { disc, ..p }.validate()), "disc");
     }
-    assert!(matches!(Options { resolution: 0, ..o }.validate(), Err(Error::Rsm(_))));
-    let p = Params::default();
-    assert_eq!(name(Params { jitter: -0.1, ..p }.validate()), "jitter");
-    assert_eq!(name(Params { footprint: f32::NAN, ..p }.validate()), "footprint");
     assert_eq!(name(Params { range: 0.0, ..p }.validate()), "range");
+    // Nothing runs with them.
+    let scene = floor_and_wall(lights()[0], 1.0);
+    let (accel, view) = (Accel::build(&scene, BuildPreset::Fast), camera_view(1.0));
+    let camera = cast::gbuffer(&accel, &view, [2, 2]);
+    let bad = setup(&lattice(&scene, 2), Options { bounces: 0, ..o }, p);
+    assert!(cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &bad)).is_err());
+    assert!(RadianceHints::fit(&accel, o, Params { jitter: 2.0, ..p }).is_err());
     let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
-    let lattice = |r: Result<Lattice, Error>| name(r.map(|_| ()));
+    let lattice = |r: Result<Lattice, BadOption>| name(r.map(|_| ()));
     assert_eq!(lattice(Lattice::new(&unit, [0, 1, 1])), "resolution");
     assert_eq!(lattice(Lattice::new(&unit, [1 << 12, 1 << 12, 2])), "resolution");
     assert_eq!(lattice(Lattice::fit(&unit, 0)), "hints");
@@ -332,4 +341,64 @@ fn a_budget_chooses_the_resolution() {
     }
     let cube = Lattice::fit(&Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 4096).unwrap();
     assert_eq!(cube.hints(), 4096);
+}
+
+/// What the scene decides is the technique's business: as many hints as asked for, spread over the bounds, and what surrounds them
+/// only where a later bounce asks for it; also for a scene without anything.
+#[test]
+fn a_setup_is_fitted_to_the_scene() {
+    let scene = room(Vec3::splat(0.6), 2.0);
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let fit = |options| RadianceHints::fit(&accel, options, Params::default()).unwrap();
+    let setup = fit(Options { lattice: 5, ..Options::default() });
+    assert_eq!(setup.lattice.hints(), 125);
+    let around = setup.enclosure.unwrap();
+    // Of a closed room the faces are the walls.
+    for face in 0..6 {
+        assert!((around.albedo[face] - 0.6).abs().max_element() < 1e-5, "{around:?}");
+        assert!((around.depth[face] - 1.0).abs() < 1e-3, "{around:?}");
+    }
+    for options in [
+        Options { bounces: 1, ..Options::default() },
+        Options { enclosure: Surround::Maps, ..Options::default() },
+        Options { transport: Transport::Sphere, ..Options::default() },
+    ] {
+        assert_eq!(fit(options).enclosure, None);
+    }
+    let nothing = Scene::default();
+    let accel = Accel::build(&nothing, BuildPreset::Fast);
+    let setup = RadianceHints::fit(&accel, options(), Params::default()).unwrap();
+    let view = camera_view(1.0);
+    let camera = cast::gbuffer(&accel, &view, [3, 2]);
+    let output = cpu::indirect(&cpu::Frame::new(&accel, &view, &camera, &setup)).unwrap();
+    assert_eq!(output.image.mean(), Vec3::ZERO);
+}
+
+/// A frame that follows another is blended with it, and the first stands alone.
+#[test]
+fn smoothing_looks_back_at_the_frame_before() {
+    let scene = floor_and_wall(lights()[0], 1.0);
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let view = camera_view(1.0);
+    let camera = cast::gbuffer(&accel, &view, [24, 16]);
+    let mut setup = setup(&lattice(&scene, 5), Options { smoothing: 0.5, ..options() }, Params::default());
+    let mut output = Output::default();
+    let mut frame = |seed| {
+        setup.params.seed = seed;
+        indirect_technique::cpu::run::<RadianceHints>(
+            &cpu::Frame::new(&accel, &view, &camera, &setup),
+            &mut output,
+        );
+        (output.irradiance.clone(), output.history.as_ref().unwrap().irradiance())
+    };
+    let (first, smoothed) = frame(1);
+    assert_eq!(first, smoothed);
+    let (second, smoothed) = frame(2);
+    for i in (0..camera.len()).filter(|i| camera.is_surface(*i)) {
+        // The camera stands still: a pixel finds itself, up to the rounding of its projection.
+        let mean = (first[i] + second[i]) * 0.5;
+        let apart = (smoothed[i] - mean).abs().max_element();
+        assert!(apart <= 1e-3 * mean.max_element(), "{i}: {} {mean}", smoothed[i]);
+    }
+    assert_ne!(second, smoothed);
 }

@@ -54,10 +54,10 @@ impl Rsm {
     /// Bytes that the maps hold.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        // Per texel of the G-buffer: triangle and depth, position, normal, albedo.
-        let surface = 2 * 4 + 3 * 12;
         let map = |m: &Map| {
-            m.texels.len() * (surface + size_of::<Texel>()) + m.pyramid.nodes.len() * size_of::<Node>()
+            m.surface.bytes()
+                + m.texels.len() * size_of::<Texel>()
+                + m.pyramid.nodes.len() * size_of::<Node>()
         };
         self.maps.iter().map(map).sum()
     }

@@ -2,22 +2,19 @@
 // Twin: crates/filter/src/cpu/smooth.rs.
 // Source: Papaioannou 2011, "Real-Time Diffuse Global Illumination Using Radiance Hints", §9.1.
 
-struct Smooth {
+struct Smoothing {
     /// Share of the past.
     factor: f32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Smooth;
+@group(0) @binding(0) var<uniform> smoothing: Smoothing;
 /// The camera of the frame before.
-@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> previous_view: View;
 @group(0) @binding(2) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read> current: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> irradiance: array<vec4<f32>>;
 /// Smoothed irradiance of the frame before, and the view depth of its pixels.
-@group(0) @binding(5) var<storage, read> previous: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read> history: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> smoothed: array<vec4<f32>>;
 
 const DEPTH_TOLERANCE: f32 = 0.02;
@@ -43,14 +40,14 @@ fn smooth_pixel(i: u32) -> vec3<f32> {
     if all(normals[i].xyz == vec3(0.0)) {
         return vec3(0.0);
     }
-    let now = current[i].xyz;
+    let now = irradiance[i].xyz;
     let p = positions[i].xyz;
-    let at = view_image_point(view, p);
+    let at = view_image_point(previous_view, p);
     if at.z <= 0.0 {
         return now;
     }
-    let expected = dot(view.forward, p - view.origin);
-    let size = vec2<f32>(view.size);
+    let expected = dot(previous_view.forward, p - previous_view.origin);
+    let size = vec2<f32>(previous_view.size);
     // Between the centres of four pixels.
     let place = at.xy * size - 0.5;
     let lowest = floor(place);
@@ -61,7 +58,7 @@ fn smooth_pixel(i: u32) -> vec3<f32> {
         let side = vec2(f32(corner & 1u), f32(corner >> 1u));
         let texel = lowest + side;
         if texel.x >= 0.0 && texel.y >= 0.0 && texel.x < size.x && texel.y < size.y {
-            let past = previous[u32(texel.y) * view.size.x + u32(texel.x)];
+            let past = history[u32(texel.y) * previous_view.size.x + u32(texel.x)];
             if abs(past.w - expected) <= DEPTH_TOLERANCE * abs(expected) && is_finite(past.xyz) {
                 let part = 1.0 - abs(t - side);
                 let weight = part.x * part.y;
@@ -73,5 +70,5 @@ fn smooth_pixel(i: u32) -> vec3<f32> {
     if total <= 0.0 {
         return now;
     }
-    return now + (sum * (1.0 / total) - now) * (params.factor * total);
+    return now + (sum * (1.0 / total) - now) * (smoothing.factor * total);
 }

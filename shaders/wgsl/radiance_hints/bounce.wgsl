@@ -14,6 +14,9 @@
 /// What ends the directions; one word that is not read where nothing is tested.
 @group(0) @binding(6) var<storage, read> stops: array<u32>;
 
+/// The number of the bounce.
+@group(0) @binding(7) var<uniform> current: Index;
+
 const PLACES: u32 = 4u;
 
 @compute @workgroup_size(64)
@@ -89,7 +92,7 @@ fn sphere(hint: u32, printed: bool) {
     let extent = volume.cell * vec3<f32>(volume.resolution);
     let reach = settings.range * length(extent);
     let own = surroundings[hint];
-    let key = hash_combine(settings.seed, hint);
+    let key = hash_combine(hash_combine(settings.seed, current.value), hint);
     var sh: array<vec3<f32>, 9>;
     var weights = 0.0;
     var visible = 0.0;

@@ -61,8 +61,8 @@ struct Settings {
     footprint: f32,
     /// r_max, as a share of a volume's diagonal.
     range: f32,
-    /// c_RSM of the disc.
-    fraction: f32,
+    /// c_RSM, the share of the map that the disc takes.
+    disc: f32,
     /// Vectors of a hint: four coefficients of red, green and blue each; four more of each, and the ninth of all three.
     vectors: u32,
     bounce_samples: u32,
@@ -79,12 +79,17 @@ struct Settings {
     near: u32,
     /// Words of `stops` per hint; 0 where nothing is tested.
     stop_words: u32,
-    /// Of the directions of later bounces.
-    direction_seed: u32,
+    /// Samples of all lists.
+    slots: u32,
     pad0: u32,
     pad1: u32,
     /// Mean albedo and depth of what lies behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
     enclosure: array<vec4<f32>, 6>,
+}
+
+/// Which of several a dispatch is for.
+struct Index {
+    value: u32,
 }
 
 const PI: f32 = 3.14159265358979;

@@ -17,7 +17,7 @@ fn sample_near(
     if hint >= lattice.hints {
         return;
     }
-    if current.map == 0u {
+    if current.value == 0u {
         windows[hint] = Window();
     }
     near_in_map(hint);
@@ -25,7 +25,7 @@ fn sample_near(
 
 /// Gives the hint a window in this map, if it is worth more than the one that it has.
 fn near_in_map(hint: u32) {
-    let view = views[current.map];
+    let view = views[current.value];
     let position = lattice_position(hint);
     let diagonal = length(lattice.volume[lattice_volume(hint)].cell);
     let n = settings.resolution;
@@ -71,7 +71,7 @@ fn near_in_map(hint: u32) {
         return;
     }
     windows[hint] = Window(
-        min(outer << vec2(coarse), vec2(n)), min(end << vec2(coarse), vec2(n)), current.map, score, 0u, 0u,
+        min(outer << vec2(coarse), vec2(n)), min(end << vec2(coarse), vec2(n)), current.value, score, 0u, 0u,
     );
 
     let begin = INTERLEAVE * INTERLEAVE * INTERLEAVE * settings.samples + hint * settings.near;

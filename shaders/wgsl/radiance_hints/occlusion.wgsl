@@ -2,21 +2,14 @@
 // Twin: crates/radiance-hints/src/cpu/occlusion.rs, which says what the numbers mean.
 // Camera depth: Papaioannou 2011, §8.
 
-/// Where the depths of one view go.
-struct DepthCopy {
-    first: u32,
-    count: u32,
-    pad0: u32,
-    pad1: u32,
-}
-
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<uniform> lattice: Lattice;
 @group(0) @binding(2) var<storage, read> samples: array<Sample>;
 @group(0) @binding(3) var<storage, read> views: array<View>;
 @group(0) @binding(4) var<storage, read> depths: array<f32>;
 @group(0) @binding(5) var<storage, read_write> blocked: array<u32>;
-@group(0) @binding(6) var<uniform> copy: DepthCopy;
+/// The view whose depths are copied.
+@group(0) @binding(6) var<uniform> current: Index;
 @group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> copies: array<f32>;
 
@@ -33,8 +26,9 @@ fn occlusion_depths(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < copy.count {
-        copies[copy.first + i] = positions[i].w;
+    let count = arrayLength(&positions);
+    if i < count {
+        copies[current.value * count + i] = positions[i].w;
     }
 }
 

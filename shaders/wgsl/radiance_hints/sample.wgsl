@@ -2,17 +2,10 @@
 // Twin: crates/radiance-hints/src/cpu/sample.rs.
 // Importance: Clarberg et al. 2005, "Wavelet Importance Sampling", §3; disc: Papaioannou 2011, §4.
 
-/// Which map this dispatch draws from.
-struct MapIndex {
-    map: u32,
-    slots: u32,
-    pad0: u32,
-    pad1: u32,
-}
-
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<uniform> lattice: Lattice;
-@group(0) @binding(2) var<uniform> current: MapIndex;
+/// The map that this dispatch draws from.
+@group(0) @binding(2) var<uniform> current: Index;
 @group(0) @binding(3) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> texels: array<Texel>;
@@ -30,7 +23,7 @@ fn sample_importance(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let slot = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if slot < current.slots {
+    if slot < settings.slots {
         importance(slot, sobol_2d(index_of(slot, settings.samples), settings.seed));
     }
 }
@@ -43,7 +36,7 @@ fn sample_disc(
 ) {
     let slot = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     let k = slot % settings.samples;
-    if slot < current.slots && k % settings.maps == current.map {
+    if slot < settings.slots && k % settings.maps == current.value {
         samples[slot] = disc(slot / settings.samples, k);
     }
 }
@@ -58,7 +51,7 @@ fn index_of(slot: u32, count: u32) -> u32 {
 fn sample_of_texel(texel: u32, scale: f32) -> Sample {
     let t = texels[texel];
     return Sample(
-        positions[texel].xyz, t.area * scale, normals[texel].xyz, current.map,
+        positions[texel].xyz, t.area * scale, normals[texel].xyz, current.value,
         t.reflected * scale, texel, t.incident * scale, 0.0,
     );
 }
@@ -85,10 +78,10 @@ fn importance(slot: u32, u: vec2<f32>) {
             x -= share;
         }
     }
-    if chosen == NONE && current.map == 0u {
+    if chosen == NONE && current.value == 0u {
         samples[slot] = Sample();
     }
-    if chosen == current.map {
+    if chosen == current.value {
         let drawn = warp_sample(vec2(fraction, u.y), vec2(settings.resolution));
         let texel = drawn.texel.y * settings.resolution + drawn.texel.x;
         let p = luminance(tops[chosen].reflected) / total * drawn.pdf;
@@ -100,14 +93,14 @@ fn importance(slot: u32, u: vec2<f32>) {
 fn disc(list: u32, k: u32) -> Sample {
     let count = settings.samples;
     // As many samples as fall to this map.
-    let share = (count - current.map + settings.maps - 1u) / settings.maps;
+    let share = (count - current.value + settings.maps - 1u) / settings.maps;
     let n = f32(settings.resolution);
-    let view = views[current.map];
+    let view = views[current.value];
     let centre = view_image_point(view, lattice_position(list));
     if centre.z <= 0.0 {
         return Sample();
     }
-    let radius = sqrt(settings.fraction * INV_PI);
+    let radius = sqrt(settings.disc * INV_PI);
     let u = sobol_2d(k / settings.maps, hash_combine(settings.seed, list));
     let at = (centre.xy + disc_concentric(u) * radius) * n;
     if !(at.x >= 0.0 && at.y >= 0.0 && at.x < n && at.y < n) {
@@ -117,7 +110,7 @@ fn disc(list: u32, k: u32) -> Sample {
     if luminance(texels[texel].reflected) <= 0.0 {
         return Sample();
     }
-    return sample_of_texel(texel, settings.fraction * n * n / f32(share));
+    return sample_of_texel(texel, settings.disc * n * n / f32(share));
 }
 
 /// Importance of a node.

@@ -6,4 +6,4 @@ mod smooth;
 
 pub use bilateral::bilateral;
 pub use shade::{shade, shade_texels};
-pub use smooth::{DEPTH_TOLERANCE, Previous, smooth};
+pub use smooth::{DEPTH_TOLERANCE, smooth};

@@ -10,7 +10,7 @@
 //! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
 //! to 10, which also says what the printed form does).
 
-use core::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
+use core::f32::consts::{FRAC_1_PI, PI};
 
 use glam::{Vec3, Vec4};
 use indirect_sampling::{
@@ -19,77 +19,42 @@ use indirect_sampling::{
     sobol,
 };
 use rayon::prelude::*;
-use sh_math::twins::{sh_basis_l2, sh_lobe_l2};
+use sh_math::twins::sh_basis_l2;
 
 use super::{
-    field::{Field, nearest_hint, pack},
-    stops::{OPEN, half_cell, stop_of},
+    directions::{Directions, OPEN, bounce_seed, half_cell},
+    field::{Field, cosine_lobe, nearest_hint, pack},
 };
-use crate::{Lattice, Options, Params, Surroundings, Transport, Volume};
+use crate::{
+    layout::Surroundings,
+    settings::{Transport, words_of_stops},
+};
 
 /// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
 pub(crate) const PLACES: u32 = 4;
 
-/// `A_l` of the clamped cosine.
-const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, FRAC_PI_4);
-
-/// The clamped cosine about the unit vector `n`.
-pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
-    sh_lobe_l2(COSINE, n)
-}
-
-/// The seed of bounce `number`, 2 for the first after the estimate, of [`Transport::Sphere`].
-#[must_use]
-pub fn bounce_seed(seed: u32, number: u32) -> u32 {
-    hash_combine(seed, number)
-}
-
-/// Direction `j` of [`Transport::Directions`]: the same for all bounces, and for all hints: what they miss is smooth then, not
-/// noise.
-pub(super) fn direction(params: &Params, j: u32) -> Vec3 {
-    mapping::sphere_uniform(sobol::sample_2d(j, bounce_seed(params.seed, 0)))
-}
-
-/// How far a hint looks along `w`, and the face of the box that lies there.
-pub(super) fn border(lattice: &Lattice, hint: u32, position: Vec3, w: Vec3, params: &Params) -> (f32, usize) {
-    let room = lattice.room(hint);
-    let (border, face) = exit(room, position, w);
-    let depth = params.enclosure.map_or(1.0, |e| e.depth[face]);
-    ((border * depth).min(params.range * extent(room).length()), face)
-}
-
 /// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
 /// `surroundings` are those of the estimate, `stops` the words of [`stops`](super::stops), or none.
 #[must_use]
-#[allow(clippy::too_many_arguments, reason = "what the GPU binds")]
 pub fn bounce(
-    lattice: &Lattice,
+    last: &Field<'_>,
     first: &[Vec4],
-    last: &[Vec4],
     surroundings: &[Surroundings],
     stops: &[u32],
+    directions: &Directions,
+    transport: Transport,
     number: u32,
-    options: &Options,
-    params: &Params,
 ) -> Vec<Vec4> {
-    let vectors = options.order.vectors() as usize;
-    let source = Source {
-        field: Field { lattice, order: options.order, hints: last },
-        surroundings,
-        stops,
-        per_hint: options.stop_words(),
-        seed: bounce_seed(params.seed, number),
-        samples: options.bounce_samples,
-        params,
-    };
-    let base = if params.transport == Transport::SphereAsPrinted { last } else { first };
+    let vectors = last.order.vectors() as usize;
+    let source = Source { field: *last, surroundings, stops, directions };
+    let base = if transport == Transport::SphereAsPrinted { last.hints } else { first };
     let mut next = vec![Vec4::ZERO; base.len()];
     next.par_chunks_exact_mut(vectors).zip(base.par_chunks_exact(vectors)).enumerate().for_each(
         |(hint, (next, base))| {
-            let sh = match params.transport {
+            let sh = match transport {
                 Transport::Directions => source.directions(hint as u32),
-                Transport::Sphere => source.sphere(hint as u32, false),
-                Transport::SphereAsPrinted => source.sphere(hint as u32, true),
+                Transport::Sphere => source.sphere(hint as u32, number, false),
+                Transport::SphereAsPrinted => source.sphere(hint as u32, number, true),
             };
             for ((next, base), more) in next.iter_mut().zip(base).zip(pack(&sh)) {
                 *next = *base + more;
@@ -103,24 +68,21 @@ struct Source<'a> {
     field: Field<'a>,
     surroundings: &'a [Surroundings],
     stops: &'a [u32],
-    per_hint: u32,
-    seed: u32,
-    samples: u32,
-    params: &'a Params,
+    directions: &'a Directions,
 }
 
 impl Source<'_> {
     /// [`Transport::Directions`].
     fn directions(&self, hint: u32) -> [Vec3; 9] {
-        let lattice = self.field.lattice;
+        let (lattice, directions) = (self.field.lattice, self.directions);
         let position = lattice.position(hint);
         let mut sh = [Vec3::ZERO; 9];
-        for j in 0..self.samples {
-            let w = direction(self.params, j);
-            let (mut farthest, face) = border(lattice, hint, position, w, self.params);
-            let stop = stop_of(self.stops, hint, j, self.per_hint);
+        for j in 0..directions.count {
+            let w = directions.direction(j);
+            let (mut farthest, face) = directions.border(lattice, hint, position, w);
+            let stop = stop_of(self.stops, hint, j, words_of_stops(directions.count));
             if stop != OPEN {
-                let half = half_cell(lattice, hint, w);
+                let half = half_cell(lattice.room(hint), w);
                 farthest = (farthest * (stop as f32 / OPEN as f32) - half).max(0.0);
             }
             // From there inwards, until a hint sees something: others are outside of the room.
@@ -130,7 +92,7 @@ impl Source<'_> {
                 let other = nearest_hint(lattice, q);
                 let around = &self.surroundings[other as usize];
                 if around.r_max > 0.0 {
-                    let albedo = match &self.params.enclosure {
+                    let albedo = match &directions.enclosure {
                         Some(enclosure) if stop == OPEN => enclosure.albedo[face],
                         _ => Vec3::from(around.albedo),
                     };
@@ -142,21 +104,21 @@ impl Source<'_> {
                 *c += radiance * y;
             }
         }
-        let scale = 4.0 * PI / self.samples as f32;
+        let scale = 4.0 * PI / directions.count as f32;
         sh.map(|c| c * scale)
     }
 
     /// [`Transport::Sphere`], and [`Transport::SphereAsPrinted`].
-    fn sphere(&self, hint: u32, printed: bool) -> [Vec3; 9] {
-        let lattice = self.field.lattice;
+    fn sphere(&self, hint: u32, number: u32, printed: bool) -> [Vec3; 9] {
+        let (lattice, directions) = (self.field.lattice, self.directions);
         let (position, volume) = (lattice.position(hint), lattice.room(hint));
-        let extent = extent(volume);
-        let reach = self.params.range * extent.length();
+        let extent = volume.extent();
+        let reach = directions.range * extent.length();
         let own = &self.surroundings[hint as usize];
-        let key = hash_combine(self.seed, hint);
+        let key = hash_combine(bounce_seed(directions.seed, number), hint);
         let mut sh = [Vec3::ZERO; 9];
         let (mut weights, mut visible, mut confident) = (0.0, 0.0, 0.0);
-        for j in 0..self.samples {
+        for j in 0..directions.count {
             let w = mapping::sphere_uniform(sobol::sample_2d(j, key));
             // The largest of three even numbers has the density 3r² of the radius in a ball.
             let u = |i: u32| unit_f32(hash_combine(key, 3 * j + i));
@@ -191,32 +153,6 @@ impl Source<'_> {
     }
 }
 
-/// Edges of a volume, metres.
-fn extent(volume: &Volume) -> Vec3 {
-    volume.cell * volume.resolution.as_vec3()
-}
-
-/// Where the ray from `p`, inside, along `w` leaves the volume: distance and face, `−x, +x, −y, +y, −z, +z`.
-fn exit(volume: &Volume, p: Vec3, w: Vec3) -> (f32, usize) {
-    exit_of_box(volume.origin, volume.origin + extent(volume), p, w)
-}
-
-/// The same of the box from `origin` to `end`.
-pub(super) fn exit_of_box(origin: Vec3, end: Vec3, p: Vec3, w: Vec3) -> (f32, usize) {
-    let (mut nearest, mut face) = (f32::MAX, 0);
-    for axis in 0..3 {
-        if w[axis] == 0.0 {
-            continue;
-        }
-        let up = w[axis] > 0.0;
-        let t = (if up { end[axis] } else { origin[axis] } - p[axis]) / w[axis];
-        if t < nearest {
-            (nearest, face) = (t, 2 * axis + usize::from(up));
-        }
-    }
-    (nearest.max(0.0), face)
-}
-
 /// Eq. 11: 1 below the sum of the least distances, 0 beyond that of the greatest, linear between. Where both are the same
 /// (one sample, or none), the step that is left.
 #[must_use]
@@ -228,4 +164,12 @@ pub fn visibility(d: f32, near: f32, far: f32) -> f32 {
     } else {
         0.0
     }
+}
+
+/// The stop of direction `j`; [`OPEN`] where nothing was tested.
+fn stop_of(stops: &[u32], hint: u32, j: u32, per_hint: u32) -> u32 {
+    if stops.is_empty() {
+        return OPEN;
+    }
+    stops[(hint * per_hint + j / 4) as usize] >> (8 * (j % 4)) & 255
 }

@@ -9,8 +9,8 @@ use indirect_core::{
 use indirect_sampling::{mapping, sobol};
 use rsm::Rsm;
 
-use super::bounce::exit_of_box;
-use crate::Enclosure;
+use super::directions::exit_of_box;
+use crate::setup::Enclosure;
 
 /// Rays in all.
 const RAYS: u32 = 2048;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `Φ_k` is the flux that sample `k` reflects (`docs/errata.md`, Radiance Hints eq. 2–4), `cosθ_k` the cosine at its
-//! surface, `y_k` a place in the hint's cell, `a_k` the share [`Params::footprint`] of the sample's area, which bounds what
+//! surface, `y_k` a place in the hint's cell, `a_k` the share [`Params::footprint`](crate::Params::footprint) of the sample's area, which bounds what
 //! a hint beside it sees.
 
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -17,13 +17,17 @@ use sh_math::twins::sh_basis_l2;
 use super::{
     field::pack,
     look::{Looked, Samples, place_of, shift_of},
-    occlusion::{share_of_blocked, words},
+    occlusion::share_of_blocked,
 };
-use crate::{Lattice, Options, Params, Surroundings};
+use crate::{
+    layout::Surroundings,
+    settings::{Order, words_of_samples},
+    volume::Lattice,
+};
 
 /// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
 /// out.
-const LEAST_D2: f32 = 1e-37;
+pub(crate) const LEAST_D2: f32 = 1e-37;
 
 /// The field after the first bounce, W/(sr·m²), and, for more than one bounce, what the hints know of their surroundings.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -34,22 +38,24 @@ pub struct Estimate {
     pub surroundings: Vec<Surroundings>,
 }
 
-/// Estimates all hints. `blocked` are the words of [`occlusion`](super::occlusion), none where there is no test.
+/// Estimates all hints. `blocked` are the words of [`occlusion`](super::occlusion), none where there is no test; `jitter` and
+/// `footprint` as in [`Params`](crate::Params). The surroundings are kept where `later` bounces follow.
 #[must_use]
 pub fn estimate(
     lattice: &Lattice,
     samples: &Samples<'_>,
     blocked: &[u32],
-    options: &Options,
-    params: &Params,
+    order: Order,
+    (jitter, footprint): (f32, f32),
+    later: bool,
 ) -> Estimate {
     let found: Vec<_> = (0..lattice.hints())
         .into_par_iter()
-        .map(|i| estimate_hint(lattice, i, samples, blocked, options, params))
+        .map(|i| estimate_hint(lattice, i, samples, blocked, jitter, footprint))
         .collect();
-    let vectors = options.order.vectors() as usize;
+    let vectors = order.vectors() as usize;
     let hints = found.iter().flat_map(|(sh, _)| pack(sh).into_iter().take(vectors)).collect();
-    let surroundings = if options.bounces > 1 { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
+    let surroundings = if later { found.iter().map(|(_, s)| *s).collect() } else { Vec::new() };
     Estimate { hints, surroundings }
 }
 
@@ -58,21 +64,22 @@ fn estimate_hint(
     hint: u32,
     samples: &Samples<'_>,
     blocked: &[u32],
-    options: &Options,
-    params: &Params,
+    jitter: f32,
+    footprint: f32,
 ) -> ([Vec3; 9], Surroundings) {
+    let count = samples.draw.samples;
     let (position, cell) = (lattice.position(hint), lattice.place(hint).0.cell);
-    let looked = Looked::new(samples, lattice, options, hint);
-    let shift = shift_of(params.seed, hint);
+    let looked = Looked::new(samples, lattice, hint);
+    let shift = shift_of(samples.draw.seed, hint);
     let mut sh = [Vec3::ZERO; 9];
     let (mut r_min, mut r_max) = (f32::MAX, 0.0_f32);
     // Reflected and incident flux as this hint sees it, and as it is.
     let (mut seen, mut seen_incident) = (Vec3::ZERO, Vec3::ZERO);
     let (mut all, mut all_incident) = (Vec3::ZERO, Vec3::ZERO);
-    for k in 0..options.samples {
+    for k in 0..count {
         let (s, scale) = looked.sample(k);
         let area = s.area * scale;
-        let v = s.position - place_of(position, cell, params.jitter, shift, k);
+        let v = s.position - place_of(position, cell, jitter, shift, k);
         let d2 = v.dot(v);
         if d2 < LEAST_D2 || area <= 0.0 {
             continue;
@@ -80,8 +87,8 @@ fn estimate_hint(
         let d = d2.sqrt();
         let w = v * (1.0 / d);
         let cosine = (-s.normal.dot(w)).max(0.0);
-        let h = (d2 + area * params.footprint * FRAC_1_PI).sqrt();
-        let weight = 2.0 * cosine / (PI * h * (h + d)) * open(blocked, hint, k, options.samples);
+        let h = (d2 + area * footprint * FRAC_1_PI).sqrt();
+        let weight = 2.0 * cosine / (PI * h * (h + d)) * open(blocked, hint, k, count);
         let c = d / h;
         let bands = [1.0, 0.5 * (1.0 + c), 0.5 * c * (1.0 + c)];
         let basis = sh_basis_l2(w);
@@ -118,6 +125,6 @@ fn open(blocked: &[u32], hint: u32, k: u32, samples: u32) -> f32 {
     if blocked.is_empty() {
         return 1.0;
     }
-    let word = blocked[(hint * words(samples) + k / 8) as usize];
+    let word = blocked[(hint * words_of_samples(samples) + k / 8) as usize];
     share_of_blocked(word >> (4 * (k % 8)) & 15)
 }

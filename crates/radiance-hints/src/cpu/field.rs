@@ -1,8 +1,11 @@
 //! Reading the field between hints.
 
-use glam::{UVec3, Vec3, Vec4};
+use core::f32::consts::{FRAC_PI_4, PI};
 
-use crate::{Lattice, Order, Volume};
+use glam::{UVec3, Vec3, Vec4};
+use sh_math::twins::sh_lobe_l2;
+
+use crate::{layout::Volume, settings::Order, volume::Lattice};
 
 /// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
 pub(crate) const LEAST_SHARE: f32 = 1e-7;
@@ -15,6 +18,14 @@ pub fn pack(sh: &[Vec3; 9]) -> [Vec4; 7] {
         Vec4::new(sh[first][channel], sh[first + 1][channel], sh[first + 2][channel], sh[first + 3][channel])
     };
     [four(0, 0), four(0, 1), four(0, 2), four(4, 0), four(4, 1), four(4, 2), sh[8].extend(0.0)]
+}
+
+/// `A_l` of the clamped cosine.
+const COSINE: Vec3 = Vec3::new(PI, 2.094_395_1, FRAC_PI_4);
+
+/// The clamped cosine about the unit vector `n`.
+pub(super) fn cosine_lobe(n: Vec3) -> [f32; 9] {
+    sh_lobe_l2(COSINE, n)
 }
 
 /// Hints to read.

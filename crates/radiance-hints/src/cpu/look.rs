@@ -3,8 +3,12 @@
 use glam::{UVec3, Vec3};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 
-use super::near::Near;
-use crate::{INTERLEAVE, Lattice, Options, Sample, Sampling, Window};
+use crate::{
+    layout::{Near, Sample, Window},
+    settings::Sampling,
+    setup::{Draw, INTERLEAVE},
+    volume::Lattice,
+};
 
 /// Steps of an additive recurrence in three dimensions, as 32-bit fractions: `φ⁻¹, φ⁻², φ⁻³` of `φ⁴ = φ + 1` (Roberts
 /// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
@@ -18,16 +22,18 @@ pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
             let place = lattice.place(hint).1 % INTERLEAVE;
             spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
         }
-        Sampling::Disc { .. } => hint,
+        Sampling::Disc => hint,
     }
 }
 
 /// What hints look at: the lists, and what is near.
 #[derive(Debug, Clone, Copy)]
 pub struct Samples<'a> {
-    /// [`Options::samples`] samples for each of [`Options::sets`] lists.
+    /// How they were drawn.
+    pub draw: Draw,
+    /// [`Draw::samples`] samples for each of [`Draw::lists`] lists.
     pub lists: &'a [Sample],
-    /// What hints look at closely.
+    /// The windows and the samples in them.
     pub near: &'a Near,
 }
 
@@ -40,22 +46,26 @@ pub(super) struct Looked<'a> {
 }
 
 impl<'a> Looked<'a> {
-    /// Those of `hint`, from maps of `resolution`² texels.
-    pub(super) fn new(samples: &Samples<'a>, lattice: &Lattice, options: &Options, hint: u32) -> Self {
-        let (count, near) = (options.samples as usize, options.near() as usize);
-        let list = &samples.lists[list_of(lattice, hint, options.sampling) as usize * count..][..count];
+    /// Those of `hint`.
+    pub(super) fn new(samples: &Samples<'a>, lattice: &Lattice, hint: u32) -> Self {
+        let draw = &samples.draw;
+        let (count, near) = (draw.samples as usize, draw.near() as usize);
+        let list = &samples.lists[list_of(lattice, hint, draw.sampling) as usize * count..][..count];
         let window = samples.near.windows.get(hint as usize).copied().unwrap_or_default();
         let near = if window.end == window.first {
             &[]
         } else {
             &samples.near.samples[hint as usize * near..][..near]
         };
-        Self { list, near, window, resolution: options.resolution }
+        Self { list, near, window, resolution: samples.near.resolution }
     }
 
-    /// Sample `k` of [`Options::samples`], and what its flux and area are multiplied by: a hint with a window takes that
+    /// Sample `k` of [`Draw::samples`], and what its flux and area are multiplied by: a hint with a window takes that
     /// much fewer from its list, each of which stands for more; 0 for those within the window, which are there already.
     pub(super) fn sample(&self, k: u32) -> (&'a Sample, f32) {
+        if self.near.is_empty() {
+            return (&self.list[k as usize], 1.0);
+        }
         let far = self.list.len() - self.near.len();
         if let Some(near) = (k as usize).checked_sub(far) {
             return (&self.near[near], 1.0);

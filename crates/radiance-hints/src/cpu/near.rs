@@ -17,7 +17,11 @@ use rayon::prelude::*;
 use rsm::{Level, Map, Rsm};
 
 use super::sample::sample_of_texel;
-use crate::{Lattice, Options, Sample, Window};
+use crate::{
+    layout::{Near, Sample, Window},
+    setup::Draw,
+    volume::Lattice,
+};
 
 /// Farthest surface that is near, in diagonals of a cell. This and the next chosen by measurement on the Cornell box.
 pub(crate) const REACH: f32 = 1.0;
@@ -26,33 +30,25 @@ pub(crate) const SPAN: f32 = 0.7;
 /// Where in a node the middle of a window is put, so that rounding does not decide it in scenes that are symmetric.
 pub(crate) const OFF_CENTRE: f32 = 0.38;
 
-/// What hints look at closely.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Near {
-    /// One per hint; none where [`Options::near`] is 0.
-    pub windows: Vec<Window>,
-    /// [`Options::near`] samples per hint.
-    pub samples: Vec<Sample>,
-}
-
 /// The windows of all hints and the samples in them; nothing for other samplings than
 /// [`Sampling::Nearby`](crate::Sampling::Nearby).
 #[must_use]
-pub fn near(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Near {
-    if options.near() == 0 {
+pub fn near(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Near {
+    let (side, count, seed) = (draw.side(), draw.near() as usize, draw.seed);
+    if count == 0 {
         return Near::default();
     }
     let hints = lattice.hints() as usize;
     let mut windows = vec![Window::default(); hints];
-    let mut samples = vec![Sample::default(); hints * options.near() as usize];
-    samples.par_chunks_exact_mut(options.near() as usize).zip(&mut windows).enumerate().for_each(
+    let mut samples = vec![Sample::default(); hints * count];
+    samples.par_chunks_exact_mut(count).zip(&mut windows).enumerate().for_each(
         |(hint, (samples, window))| {
             for map in 0..rsm.maps.len() {
-                near_in_map(rsm, map, lattice, hint as u32, (options.side(), seed), window, samples);
+                near_in_map(rsm, map, lattice, hint as u32, (side, seed), window, samples);
             }
         },
     );
-    Near { windows, samples }
+    Near { resolution: rsm.resolution, windows, samples }
 }
 
 /// Gives the hint a window in this map, if it is worth more than the one that it has.

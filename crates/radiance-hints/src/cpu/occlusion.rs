@@ -12,13 +12,13 @@ use super::{
     depths::{Depths, behind, crossing},
     look::{Looked, Samples, place_of, shift_of},
 };
-use crate::{Lattice, Options, Params, Visibility};
+use crate::{
+    settings::{Visibility, words_of_samples},
+    volume::Lattice,
+};
 
-/// Words of four bits for so many samples.
-#[must_use]
-pub const fn words(samples: u32) -> u32 {
-    samples.div_ceil(8)
-}
+/// Points of a segment that §8 looks at: 3 to 8.
+pub(crate) const POINTS: u32 = 8;
 
 /// The share of a sample's light that four bits let pass.
 #[must_use]
@@ -26,37 +26,39 @@ pub fn share_of_blocked(blocked: u32) -> f32 {
     if blocked == 15 { 0.0 } else { 1.0 / (1_u32 << blocked) as f32 }
 }
 
-/// What stands between; no words for [`Visibility::Off`]. `camera` is what [`Visibility::CameraDepth`] looks at.
+/// What stands between; no words for [`Visibility::Off`]. `camera` is what [`Visibility::CameraDepth`] looks at; `jitter`
+/// as in [`Params`](crate::Params).
 #[must_use]
 pub fn occlusion(
     rsm: &Rsm,
     camera: (&View, &GBuffer),
     lattice: &Lattice,
     samples: &Samples<'_>,
-    options: &Options,
-    params: &Params,
+    visibility: Visibility,
+    jitter: f32,
 ) -> Vec<u32> {
-    let maps: Vec<_> = match options.visibility {
+    let maps: Vec<_> = match visibility {
         Visibility::Off => return Vec::new(),
         Visibility::RsmDepth => Depths::of_maps(rsm),
         Visibility::CameraDepth => vec![Depths { view: camera.0, surface: camera.1 }],
     };
-    let per_hint = words(options.samples);
+    let count = samples.draw.samples;
+    let per_hint = words_of_samples(count);
     (0..lattice.hints() * per_hint)
         .into_par_iter()
         .map(|i| {
             let (hint, begin) = (i / per_hint, i % per_hint * 8);
             let (position, cell) = (lattice.position(hint), lattice.place(hint).0.cell);
-            let looked = Looked::new(samples, lattice, options, hint);
-            let shift = shift_of(params.seed, hint);
+            let looked = Looked::new(samples, lattice, hint);
+            let shift = shift_of(samples.draw.seed, hint);
             let mut word = 0;
-            for k in begin..(begin + 8).min(options.samples) {
+            for k in begin..(begin + 8).min(count) {
                 let (s, scale) = looked.sample(k);
-                let y = place_of(position, cell, params.jitter, shift, k);
+                let y = place_of(position, cell, jitter, shift, k);
                 if s.area * scale <= 0.0 || s.normal.dot(y - s.position) <= 0.0 {
                     continue;
                 }
-                let blocked = match options.visibility {
+                let blocked = match visibility {
                     Visibility::CameraDepth => hidden(&maps[0], s.position, y),
                     // The first point is near the surface that the sample lies on.
                     _ if maps.iter().any(|m| crossing(m, s.position, y, 1).is_some()) => 15,
@@ -71,8 +73,6 @@ pub fn occlusion(
 
 /// How many points of the segment from `a` to `b` the view does not see.
 fn hidden(depths: &Depths<'_>, a: Vec3, b: Vec3) -> u32 {
-    /// Points that §8 looks at: 3 to 8.
-    const POINTS: u32 = 8;
     let mut count = 0;
     for i in 0..POINTS {
         let t = (i as f32 + 0.5) / POINTS as f32;

@@ -20,11 +20,8 @@ use indirect_core::{GBuffer, math::orthonormal_basis};
 use indirect_filter::Reduced;
 use rayon::prelude::*;
 
-use super::{
-    bounce::cosine_lobe,
-    field::{Field, Plane},
-};
-use crate::Reconstruction;
+use super::field::{Field, Plane, cosine_lobe};
+use crate::settings::Reconstruction;
 
 /// Sine and cosine of 80°.
 const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);

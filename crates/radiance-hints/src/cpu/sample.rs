@@ -11,33 +11,27 @@ use indirect_sampling::{
 use rayon::prelude::*;
 use rsm::{Map, Rsm};
 
-use crate::{Lattice, Options, Sample, Sampling};
+use crate::{layout::Sample, settings::Sampling, setup::Draw, volume::Lattice};
 
-/// [`Options::samples`] samples for each of [`Options::sets`] lists, list after list. A slot that found no reflecting texel
+/// [`Draw::samples`] samples for each of [`Draw::lists`] lists, list after list. A slot that found no reflecting texel
 /// holds [`Sample::default`], whose flux is 0.
 #[must_use]
-pub fn sample(rsm: &Rsm, lattice: &Lattice, options: &Options, seed: u32) -> Vec<Sample> {
-    let slots = options.sets(lattice.hints()) * options.samples;
-    match options.sampling {
+pub fn sample(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Vec<Sample> {
+    let Draw { sampling, disc: share, samples, seed } = *draw;
+    let slots = draw.lists(lattice.hints()) * samples;
+    match sampling {
         Sampling::Importance | Sampling::Nearby => {
             let shares: Vec<f32> = rsm.maps.iter().map(|m| luminance(m.pyramid.top().reflected)).collect();
             (0..slots)
                 .into_par_iter()
                 .map(|slot| {
-                    importance(
-                        rsm,
-                        &shares,
-                        sobol::sample_2d(index_of(slot, options.samples), seed),
-                        options.samples,
-                    )
+                    importance(rsm, &shares, sobol::sample_2d(index_of(slot, samples), seed), samples)
                 })
                 .collect()
         }
-        Sampling::Disc { fraction } => (0..slots)
+        Sampling::Disc => (0..slots)
             .into_par_iter()
-            .map(|slot| {
-                disc(rsm, lattice.position(slot / options.samples), slot, fraction, options.samples, seed)
-            })
+            .map(|slot| disc(rsm, lattice.position(slot / samples), slot, share, samples, seed))
             .collect(),
     }
 }

@@ -1,6 +1,6 @@
 //! `stops`: how far light of later bounces comes along each direction, where the maps' depth tells.
 //!
-//! Later bounces follow directions to the border of the box ([`Transport::Directions`]); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
+//! Later bounces follow directions to the border of the box ([`Transport::Directions`](crate::Transport::Directions)); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
 //! end where the way goes through a surface that a light sees, as samples of the first bounce do. Eight bits per hint and
 //! direction, four to a word: the share of the way to the border, in 255ths, or 255 where nothing is in the way. The directions
 //! are the same for all bounces, so that this is done once.
@@ -10,42 +10,31 @@ use rayon::prelude::*;
 use rsm::Rsm;
 
 use super::{
-    bounce::{border, direction},
     depths::{Depths, crossing},
+    directions::{Directions, OPEN, half_cell},
 };
-use crate::{Lattice, Options, Params, Transport};
+use crate::{settings::words_of_stops, volume::Lattice};
 
-/// Nothing is in the way.
-pub(crate) const OPEN: u32 = 255;
-
-/// The words of all hints; none where nothing is tested or nothing follows directions.
+/// The words of all hints.
 #[must_use]
-pub fn stops(rsm: &Rsm, lattice: &Lattice, options: &Options, params: &Params) -> Vec<u32> {
-    if options.stop_words() == 0 || params.transport != Transport::Directions {
-        return Vec::new();
-    }
+pub fn stops(rsm: &Rsm, lattice: &Lattice, directions: &Directions) -> Vec<u32> {
     let maps = Depths::of_maps(rsm);
-    let per_hint = options.stop_words();
+    let per_hint = words_of_stops(directions.count);
     (0..lattice.hints() * per_hint)
         .into_par_iter()
         .map(|i| {
             let (hint, begin) = (i / per_hint, i % per_hint * 4);
             let position = lattice.position(hint);
             let mut word = 0;
-            for j in begin..(begin + 4).min(options.bounce_samples) {
-                let w = direction(params, j);
-                let (farthest, _) = border(lattice, hint, position, w, params);
-                let reach = farthest - half_cell(lattice, hint, w);
+            for j in begin..(begin + 4).min(directions.count) {
+                let w = directions.direction(j);
+                let (farthest, _) = directions.border(lattice, hint, position, w);
+                let reach = farthest - half_cell(lattice.room(hint), w);
                 word |= stop(&maps, position, w, farthest, reach) << (8 * (j - begin));
             }
             word
         })
         .collect()
-}
-
-/// Half of a cell along `w`, metres: so far before what is in the way a hint is on this side of it.
-pub(super) fn half_cell(lattice: &Lattice, hint: u32, w: Vec3) -> f32 {
-    0.5 * w.abs().dot(lattice.room(hint).cell)
 }
 
 /// Where the way of the length `farthest` is blocked first. What lies beyond `reach`, half a cell before the border, is the
@@ -60,12 +49,4 @@ fn stop(maps: &[Depths<'_>], position: Vec3, w: Vec3, farthest: f32, reach: f32)
         }
     }
     nearest
-}
-
-/// The stop of direction `j`; [`OPEN`] where nothing was tested.
-pub(super) fn stop_of(stops: &[u32], hint: u32, j: u32, per_hint: u32) -> u32 {
-    if stops.is_empty() {
-        return OPEN;
-    }
-    stops[(hint * per_hint + j / 4) as usize] >> (8 * (j % 4)) & 255
 }

@@ -6,7 +6,7 @@ use indirect_filter::{Reduced, cpu::bilateral};
 use rayon::prelude::*;
 
 use super::{field::Field, reconstruct::irradiance};
-use crate::Reconstruction;
+use crate::settings::Reconstruction;
 
 /// Sum of the bilateral weights below which a pixel is not interpolated: it reads the field itself.
 pub(crate) const LEAST_WEIGHT: f32 = 0.05;
@@ -23,9 +23,6 @@ pub fn upsample(
     low: &[Vec3],
     form: Reconstruction,
 ) -> Vec<Vec3> {
-    if reduced.step == 1 {
-        return low.to_vec();
-    }
     (0..camera.len() as u32)
         .into_par_iter()
         .map(|i| upsample_pixel(field, camera, reduced, low, form, i))

@@ -5,7 +5,17 @@ use core::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Mat3, Vec2, Vec3};
 use indirect_core::{Aabb, Light, LightKind, Material, Projection, Scene, View};
-use radiance_hints::Lattice;
+use radiance_hints::{Lattice, Options, Params, Setup, Visibility};
+
+/// One bounce that nothing blocks.
+pub(crate) fn one_bounce() -> Options {
+    Options { bounces: 1, visibility: Visibility::Off, ..Options::default() }
+}
+
+/// A setup that knows nothing of what surrounds its lattice.
+pub(crate) fn setup(lattice: &Lattice, options: Options, params: Params) -> Setup {
+    Setup { options, params, lattice: lattice.clone(), enclosure: None }
+}
 
 pub(crate) fn light(kind: LightKind, power: Vec3) -> Light {
     Light { name: String::new(), kind, power, range: None }

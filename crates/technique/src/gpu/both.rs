@@ -1,5 +1,6 @@
+use indirect_core::GBuffer;
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, Device, Queue};
-use indirect_gpu::{GpuError, PassTimer, SceneBuffers};
+use indirect_gpu::{GBufferTarget, GpuError, PassTimer, SceneBuffers};
 
 use super::exchange::{Exchange, Mode, Twin};
 use super::{GpuTechnique, Resources};
@@ -30,10 +31,25 @@ pub fn run_both<T: GpuTechnique>(
     scene: &SceneBuffers,
     keep: impl Fn(&str) -> Backend,
 ) -> Result<(T::Output, Vec<Twin>), GpuError> {
-    let rows = T::rows();
-    let mut output = T::Output::default();
+    run_both_after((device, queue), frame, resources, scene, keep, T::Output::default())
+}
+
+/// [`run_both`] for a frame that follows another, whose output is `past`.
+///
+/// # Errors
+/// As there.
+pub fn run_both_after<T: GpuTechnique>(
+    (device, queue): (&Device, &Queue),
+    frame: &Frame<'_, T::Setup>,
+    resources: &Resources<T>,
+    scene: &SceneBuffers,
+    keep: impl Fn(&str) -> Backend,
+    past: T::Output,
+) -> Result<(T::Output, Vec<Twin>), GpuError> {
+    let (rows, mut output) = (T::rows(), past);
     let mut exchange = Exchange::new(device, queue);
     resources.camera.write(queue, frame.camera);
+    T::restore(&resources.buffers, queue, &output);
     for (row, number, pass) in &resources.passes {
         let row = &rows[*row];
         row.run_cpu(frame, &mut output, *number);
@@ -66,4 +82,19 @@ pub fn twins<T: GpuTechnique>(
     scene: &SceneBuffers,
 ) -> Result<Vec<Twin>, GpuError> {
     Ok(run_both(gpu, frame, resources, scene, |_| Backend::Cpu)?.1)
+}
+
+/// What the camera sees, beside its twin. Submits and blocks.
+///
+/// # Errors
+/// As there.
+pub fn camera_twins(
+    (device, queue): (&Device, &Queue),
+    cpu: &GBuffer,
+    gpu: &GBufferTarget,
+) -> Result<Vec<Twin>, GpuError> {
+    let mut exchange = Exchange::new(device, queue);
+    exchange.begin("camera");
+    exchange.surface(gpu, &mut cpu.clone());
+    exchange.failed.map_or(Ok(exchange.twins), Err)
 }

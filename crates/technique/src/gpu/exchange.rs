@@ -3,7 +3,7 @@ use glam::Vec3;
 use indirect_core::layout::{Field, Layout, Number};
 use indirect_core::{GBuffer, Image};
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
-use indirect_gpu::{GBufferTarget, GpuError, Vec3Pad, read_buffer};
+use indirect_gpu::{GBufferTarget, GpuError, Vec3Pad, read_range};
 
 /// Contents of a buffer, or of one field of its elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,11 +126,8 @@ impl<'a> Exchange<'a> {
 
     /// What the GPU has in a buffer, `count` elements from element `first`. Empty where it cannot be read.
     pub fn read<T: Pod>(&mut self, buffer: &Buffer, first: usize, count: usize) -> Vec<T> {
-        match read_buffer::<T>(self.device, self.queue, buffer) {
-            Ok(mut found) => {
-                found.truncate(first + count);
-                found.split_off(first.min(found.len()))
-            }
+        match read_range::<T>(self.device, self.queue, buffer, first as u64, count as u64) {
+            Ok(found) => found,
             Err(e) => {
                 self.failed.get_or_insert(e);
                 Vec::new()

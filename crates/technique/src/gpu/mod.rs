@@ -10,7 +10,7 @@ use indirect_gpu::shaders::Module;
 use indirect_gpu::wgpu::{Buffer, CommandEncoder, Device, Limits, Queue};
 use indirect_gpu::{GBufferTarget, GpuError, Named, Pass, PassTimer, Pipelines, Plan, SceneBuffers};
 
-pub use both::{Backend, run_both, twins};
+pub use both::{Backend, camera_twins, run_both, run_both_after, twins};
 pub use exchange::{Data, Exchange, Twin};
 
 use crate::Technique;
@@ -47,6 +47,10 @@ pub trait GpuTechnique: Technique<Error: From<GpuError>> {
         inputs: &Inputs<'_>,
         setup: &Self::Setup,
     ) -> Result<(), Self::Error>;
+
+    /// Overwrites what is kept of the frame before by what `past`, the output of that frame, keeps of it; forgets it where that
+    /// keeps nothing. For techniques that look back.
+    fn restore(_buffers: &Self::Buffers, _queue: &Queue, _past: &Self::Output) {}
 
     /// `array<vec4<f32>>`: indirect radiance that leaves each pixel, W/(sr·m²), and 0.
     fn image_buffer(buffers: &Self::Buffers) -> &Buffer;

@@ -1,0 +1,49 @@
+//! What the techniques that start from reflective shadow maps say of a scene alike.
+
+use indirect_core::SceneProfile;
+
+use super::model::Notes;
+
+/// Which lights and materials of a scene reach the maps.
+pub(super) fn of_lights(profile: &SceneProfile) -> Notes {
+    let mut notes = Notes::default();
+    let maps = [
+        (profile.directional_lights, "directional", "one orthographic map each"),
+        (profile.spot_lights, "spot", "one perspective map each, five beyond 60°"),
+        (profile.point_lights, "point", "six cube faces each"),
+    ];
+    for (count, kind, how) in maps.into_iter().filter(|(count, ..)| *count > 0) {
+        notes.modelled.push(format!("first bounce of {count} {kind} light{}: {how}", plural(count)));
+    }
+    if profile.punctual_lights() == 0 {
+        notes.skipped.push(
+            "EVERYTHING: there is no punctual light, and emissive surfaces have no shadow map: the indirect light \
+             is black"
+                .into(),
+        );
+    } else if profile.emissive_triangles > 0 {
+        notes.skipped.push(format!(
+            "indirect light of {} emissive triangle{}: a shadow map needs a punctual light",
+            profile.emissive_triangles,
+            plural(profile.emissive_triangles)
+        ));
+    }
+    if profile.textured {
+        notes.modelled.push("textured albedo, at camera and at light texels".into());
+    }
+    if profile.alpha_masked {
+        notes.modelled.push("alpha masks, in camera and light views".into());
+    }
+    if profile.glossy_triangles > 0 {
+        notes.skipped.push(format!(
+            "gloss of {} triangle{}: all surfaces reflect diffusely",
+            profile.glossy_triangles,
+            plural(profile.glossy_triangles)
+        ));
+    }
+    notes
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
