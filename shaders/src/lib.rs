@@ -191,7 +191,7 @@ modules! {
     IMAGE_SPACE_RADIOSITY_TREE = [
         "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
         "image_space_radiosity/texels.wgsl", "image_space_radiosity/tree.wgsl",
-    ] => ["tree"];
+    ] => ["tree", "tree_texels"];
     /// Gathers a cut through the tree; twin of `image_space_radiosity::cpu::traverse`.
     IMAGE_SPACE_RADIOSITY_TRAVERSE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/traverse.wgsl",
@@ -205,7 +205,7 @@ modules! {
     IMAGE_SPACE_RADIOSITY_UPSAMPLE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",
         "image_space_radiosity/blocks.wgsl", "image_space_radiosity/upsample.wgsl",
-    ] => ["pull", "push"];
+    ] => ["pull_pixels", "pull", "push_pixels", "push"];
     /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample` and `near`.
     RADIANCE_HINTS_SAMPLE = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",

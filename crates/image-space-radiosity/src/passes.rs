@@ -166,7 +166,8 @@ impl Technique for ImageSpaceRadiosity {
                         f.positions.resize(f.nodes.len(), Vec3::ZERO);
                         f.normals.resize(f.nodes.len(), Vec3::ZERO);
                         x.words("nodes", &b.own.fragment_nodes, &mut f.nodes);
-                        x.words("slots", &b.own.slots, &mut f.slots);
+                        let valid = |i: usize| o.states[i] == crate::layout::state::VALID;
+                        x.words_where("slots", &b.own.slots, &mut f.slots, valid);
                         x.vectors("positions", &b.own.fragment_positions, 0, &mut f.positions);
                         x.vectors("normals", &b.own.fragment_normals, 0, &mut f.normals);
                     },

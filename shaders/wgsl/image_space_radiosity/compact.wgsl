@@ -101,8 +101,6 @@ fn compact_write(
                 fragment_nodes[next] = node;
                 slots[node] = next;
                 next += 1u;
-            } else if node < lengths.nodes {
-                slots[node] = 0u;
             }
         }
     }

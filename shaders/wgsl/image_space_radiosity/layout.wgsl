@@ -108,12 +108,12 @@ struct Lengths {
     /// Nodes that the reference irradiance is a mean over: the first and their number.
     first_receiver: u32,
     receivers: u32,
-    /// Branches of each map.
+    /// Branches of each map, and those of them that are no texels.
     branches: u32,
+    coarse_branches: u32,
+    pad0: u32,
     /// Width and height of the target of splats.
     splats: vec2<u32>,
-    pad0: u32,
-    pad1: u32,
 }
 
 /// What becomes of a block.

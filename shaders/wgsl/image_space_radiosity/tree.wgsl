@@ -16,6 +16,7 @@
 const ALWAYS: f32 = 1e18;
 const PI: f32 = 3.14159265358979;
 
+/// The branches above the texels, which come first; one thread each.
 @compute @workgroup_size(64)
 fn tree(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -23,30 +24,42 @@ fn tree(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < lengths.branches {
-        branches[map_index.map * lengths.branches - map_index.first_branch + i] = branch(i);
+    if i < lengths.coarse_branches {
+        let node = links[i].x;
+        let own = patches[node - table.levels[0].y * table.levels[0].z];
+        let level = place(node).x;
+        var reach = 0.0;
+        if level > table.finest && weight(own.flux) > 0.0 {
+            reach = ALWAYS;
+            if level <= table.coarsest {
+                reach = reach_of(own, settings.tau * reference[0]);
+            }
+        }
+        store(i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), reach);
     }
 }
 
-fn branch(i: u32) -> Branch {
-    let entry = links[i];
-    let first = table.levels[0].y * table.levels[0].z;
-    var own = PATCH_EMPTY;
-    if entry.x < first {
-        own = texel_patch(entry.x);
-    } else {
-        own = patches[entry.x - first];
+/// Those of the texels, where they are the finest.
+@compute @workgroup_size(64)
+fn tree_texels(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = lengths.coarse_branches + grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i < lengths.branches {
+        let own = texel_patch(links[i].x);
+        store(i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), 0.0);
     }
-    let level = place(entry.x).x;
-    var reach = 0.0;
-    if level > table.finest && weight(own.flux) > 0.0 {
-        reach = ALWAYS;
-        if level <= table.coarsest {
-            reach = reach_of(own, settings.tau * reference[0]);
-        }
-    }
+}
+
+fn store(i: u32, light: Vpl, reach: f32) {
+    // Of the maps before.
     let base = map_index.map * lengths.branches;
-    return Branch(own.position, own.area, own.normal, reach, own.flux, base + entry.y, base + entry.z, 0u, 0u, 0u);
+    let next = base + links[i].y;
+    let child = base + links[i].z;
+    branches[base - map_index.first_branch + i] =
+        Branch(light.position, light.area, light.normal, reach, light.flux, next, child, 0u, 0u, 0u);
 }
 
 /// The distance below which the bound of a patch exceeds the threshold.

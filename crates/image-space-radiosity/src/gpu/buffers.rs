@@ -162,9 +162,9 @@ indirect_core::wgsl_struct! {
         first_receiver: u32,
         receivers: u32,
         branches: u32,
-        splats: [u32; 2],
+        coarse_branches: u32,
         pad0: u32,
-        pad1: u32,
+        splats: [u32; 2],
     }
 }
 
@@ -218,6 +218,13 @@ impl Sizes {
             return 0;
         }
         self.pyramids.texels.levels[self.pyramids.range[1]..].iter().map(|l| l.len() as u64).sum()
+    }
+
+    /// Those of them that are no texels.
+    pub(super) fn coarse_branches(&self) -> u64 {
+        let texels =
+            if self.pyramids.range[1] == 0 { self.pyramids.texels.levels[0].len() as u64 } else { 0 };
+        self.branches().saturating_sub(texels)
     }
 
     /// Maps whose branches are one part of the tree: as many as a binding of any device holds.
@@ -280,7 +287,7 @@ buffers! {
         order: [u32] = Sizes::entries;
         /// Fragments before each run of the order.
         runs: [u32] = Sizes::runs;
-        /// The fragment of each valid node; 0 for any other node.
+        /// The fragment of each valid node; for any other node what a frame before has left.
         slots: [u32] = Sizes::nodes;
         /// The node of each fragment.
         fragment_nodes: [u32] = Sizes::pixels;
@@ -457,9 +464,9 @@ impl GpuTechnique for ImageSpaceRadiosity {
             first_receiver: receivers.offset,
             receivers: receivers.len() as u32,
             branches: s.branches() as u32,
-            splats: s.splats(),
+            coarse_branches: s.coarse_branches() as u32,
             pad0: 0,
-            pad1: 0,
+            splats: s.splats(),
         };
         write(&own.lengths, 0, bytemuck::bytes_of(&lengths));
         write(&own.order, 0, bytemuck::cast_slice(&z_order(pixels)));

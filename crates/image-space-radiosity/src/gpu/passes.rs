@@ -60,7 +60,9 @@ pub(crate) fn tree(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
         let Some(part) = b.buffers.part_of(map) else { continue };
         let mut own = map_named(b, map);
         own.extend([named("table", &b.buffers.own.patch_table), named("branches", &part.buffers.branches)]);
-        b.compute(pass, (&TREE, "tree"), b.sizes.branches(), &own)?;
+        let coarse = b.sizes.coarse_branches();
+        b.compute(pass, (&TREE, "tree"), coarse, &own)?;
+        b.compute(pass, (&TREE, "tree_texels"), b.sizes.branches() - coarse, &own)?;
     }
     Ok(())
 }
@@ -99,19 +101,21 @@ pub(crate) fn traverse(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 }
 
 pub(crate) fn pull(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    let levels = b.sizes.pyramids.pixels.levels.iter().zip(&b.buffers.block_levels);
-    levels.take(b.sizes.pyramids.block + 1).try_for_each(|(l, pair)| {
-        b.compute(pass, (&UPSAMPLE, "pull"), l.len() as u64, &[named("pair", pair)])
-    })
+    (0..=b.sizes.pyramids.block)
+        .try_for_each(|level| upsample(b, pass, level, if level == 0 { "pull_pixels" } else { "pull" }))
 }
 
 pub(crate) fn push(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    // Level by level down to the pixels, one thread per coarser block.
-    let coarser = 1..b.sizes.pyramids.block + 1;
-    coarser.rev().try_for_each(|level| {
-        let (l, pair) = (b.sizes.pyramids.pixels.levels[level], &b.buffers.block_levels[level]);
-        b.compute(pass, (&UPSAMPLE, "push"), l.len() as u64, &[named("pair", pair)])
-    })
+    // Level by level down to the pixels.
+    (1..=b.sizes.pyramids.block)
+        .rev()
+        .try_for_each(|level| upsample(b, pass, level, if level == 1 { "push_pixels" } else { "push" }))
+}
+
+/// One thread for each node of a level.
+fn upsample(b: &Build<'_>, pass: &mut Pass, level: usize, entry: &'static str) -> Result<(), GpuError> {
+    let nodes = b.sizes.pyramids.pixels.levels[level].len() as u64;
+    b.compute(pass, (&UPSAMPLE, entry), nodes, &[named("pair", &b.buffers.block_levels[level])])
 }
 
 pub(crate) fn shade(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {

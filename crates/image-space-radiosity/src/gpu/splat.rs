@@ -15,16 +15,19 @@ use crate::settings::Method;
 pub(crate) fn splat(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let (own, device) = (&b.buffers.own, b.pipelines.device());
     let bounded = b.setup.options.method == Method::BoundedSplat;
-    let (entries, topology, points, sums) = if bounded {
+    let (entries, topology, [positions, normals, sums]) = if bounded {
         // The list of lights is on the GPU only: its length becomes the number of instances.
         pass.copy("totals", (&b.buffers.list.buffers.count, 0), (&own.totals, SPLAT_ARGUMENTS + 4), 4);
         let entries = ["splat_bounded_vertex", "splat_bounded"];
-        (entries, PrimitiveTopology::TriangleList, vec![], &own.irradiance)
+        let buffers = [&b.camera.position, &b.camera.normal, &own.irradiance];
+        (entries, PrimitiveTopology::TriangleList, buffers)
     } else {
-        let points =
-            vec![named("positions", &own.fragment_positions), named("normals", &own.fragment_normals)];
-        (["splat_vertex", "splat"], PrimitiveTopology::PointList, points, &own.gathered)
+        let buffers = [&own.fragment_positions, &own.fragment_normals, &own.gathered];
+        (["splat_vertex", "splat"], PrimitiveTopology::PointList, buffers)
     };
+    let lights = &b.buffers.list.buffers.vpls;
+    let drawn = [("vpls", lights), ("positions", positions), ("normals", normals)];
+    drawn.iter().for_each(|(name, buffer)| pass.note(name, buffer, false));
     let format = format(device);
     let target = target(device, b.sizes.splats(), format);
     let known: Vec<_> = entries.iter().filter_map(|entry| SPLAT.entry_point(entry)).collect();
@@ -32,7 +35,13 @@ pub(crate) fn splat(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let mut bindings: Vec<_> = known.iter().flat_map(|e| e.bindings).collect();
     bindings.sort_unstable_by_key(|b| b.binding);
     bindings.dedup();
-    let group = bind_group(device, &layout, "splat", bindings.into_iter(), &[b.named(), &points])?;
+    let group = bind_group(
+        device,
+        &layout,
+        "splat",
+        bindings.into_iter(),
+        &[b.named(), &drawn.map(|(name, buffer)| named(name, buffer))],
+    )?;
 
     let shader = shader_module(device, &SPLAT);
     let [vertex, fragment] = entries.map(Some);
