@@ -1,6 +1,7 @@
 use glam::Vec3;
 use indirect_core::Aabb;
 use indirect_core::settings::{BadOption, Settings};
+use indirect_filter::Reduced;
 
 use crate::{
     settings::{Options, Params, Sampling},
@@ -48,6 +49,12 @@ impl Setup {
         params.validate()?;
         let lattice = Lattice::fit(bounds, options.lattice.pow(3))?;
         Ok(Self { options, params, lattice, enclosure: None })
+    }
+
+    /// The image that the field is read at, for one of `size` pixels.
+    #[must_use]
+    pub fn reduced(&self, size: [u32; 2]) -> Reduced {
+        Reduced::new(size, self.options.scale.step())
     }
 
     /// How samples are drawn from the maps.
