@@ -1,7 +1,7 @@
 //! Frames on wgpu. The caller owns device, queue and encoder; nothing here submits or blocks.
 //!
-//! No optional feature is used. [`Resources::required_limits`] says which limits a setup needs: WebGPU's defaults for the default
-//! settings, 24 maps and 3840×2160 pixels.
+//! No optional feature is used. [`Resources::required_limits`] says which limits a setup needs: WebGPU's defaults for the
+//! default settings, 24 maps and 3840×2160 pixels.
 
 use bytemuck::Zeroable;
 use glam::Vec4;
@@ -43,7 +43,7 @@ pub struct Sizes {
     pub(crate) slots: u64,
     /// Samples of all windows.
     near: u64,
-    /// Texels of the depth images that visibility asks.
+    /// Texels of the depth images that visibility is tested against.
     depths: u64,
 }
 
@@ -80,9 +80,9 @@ buffers! {
         samples: [Sample] = |s| s.slots + s.near;
         /// The windows of hints.
         windows: [Window] = |s| if s.near > 0 { s.hints } else { 0 };
-        /// Depths of the views that visibility asks, one view after the other.
+        /// Depths of the views that visibility is tested against, one view after the other.
         depths: [f32] = |s| s.depths;
-        /// What stands between hints and samples: four bits each.
+        /// Occlusion between hints and samples: four bits each.
         blocked: [u32] = Sizes::blocked_words;
         /// The quantised hit distances of later bounces' directions: eight bits each.
         stops: [u32] = Sizes::stop_words;
@@ -92,7 +92,7 @@ buffers! {
         even: [Vec4] = |s| s.vectors(2);
         /// Those after the third and every other bounce from there on.
         odd: [Vec4] = |s| s.vectors(3);
-        /// The albedo around each hint; not read where there is one bounce.
+        /// Mean albedo and distances of the lit surfaces around each hint; not read where there is one bounce.
         surroundings: [Surroundings] = |s| if s.options.bounces > 1 { s.hints } else { 0 };
         /// Irradiance per texel of the reduced image, W/m², and 0.
         low: [Vec3Pad] = |s| if s.options.scale == Scale::Full { 0 } else { s.reduced.texels().into() };
@@ -285,8 +285,8 @@ impl Buffers {
         4 * self.sizes.options.order.vectors() as usize
     }
 
-    /// Names the results of `near`, whose samples lie behind the `lists` of those of the lists. Where a hint's projection grazes a
-    /// texel's border its window may be another: counted, and with other samples.
+    /// Names the results of `near`, whose samples lie behind the `lists` of those of the lists. Where a hint's projection
+    /// grazes a texel's border its window may be another: counted, and with other samples.
     #[cfg(feature = "cpu")]
     pub(crate) fn exchange_near(&self, lists: usize, near: &mut Near, x: &mut Exchange<'_>) {
         let place = |w: &Window| (w.first, w.end, w.map);

@@ -18,14 +18,15 @@ pub struct Output {
     pub samples: Vec<Sample>,
     /// The windows and their samples; empty for other samplings than [`Sampling::Nearby`](crate::Sampling::Nearby).
     pub near: Near,
-    /// What stands between hints and samples, see [`occlusion`](crate::cpu::occlusion()); empty where nothing is tested.
+    /// Occlusion between hints and samples, see [`occlusion`](crate::cpu::occlusion()); empty where nothing is tested.
     pub blocked: Vec<u32>,
-    /// Where directions of later bounces end, see [`stops`](crate::cpu::stops()); empty where nothing is tested.
+    /// Quantised hit distances along the directions of later bounces, see [`stops`](crate::cpu::stops()); empty where
+    /// nothing is tested.
     pub stops: Vec<u32>,
     /// The hints after each bounce, W/(sr·m²): [`Order::vectors`](crate::Order::vectors) vectors each, see
     /// [`pack`](crate::cpu::pack).
     pub bounces: Vec<Vec<Vec4>>,
-    /// The albedo around each hint; empty for one bounce.
+    /// Mean albedo and distances of the lit surfaces around each hint; empty for one bounce.
     pub surroundings: Vec<Surroundings>,
     /// Irradiance per texel of the reduced image, W/m²; empty at full resolution.
     pub low: Vec<Vec3>,

@@ -8,17 +8,18 @@ use crate::{
     volume::Lattice,
 };
 
-/// Mean albedo of what lies behind each face of the lattice's box, `[0, 1]`; black where a side is open.
+/// Mean albedo of the surfaces that surround the lattice's box, and how far they are, per face of the box; black where a
+/// side is open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosure {
-    /// The faces `−x, +x, −y, +y, −z, +z`.
+    /// Albedo behind the faces `−x, +x, −y, +y, −z, +z`, `[0, 1]`.
     pub albedo: [Vec3; 6],
-    /// How far it is, as a mean share of the way to the face, `(0, 1]`.
+    /// Distance from inside the box to the surfaces, as a mean share of the distance to the face, `(0, 1]`.
     pub depth: [f32; 6],
 }
 
 impl Default for Enclosure {
-    /// Nothing: black, at the faces.
+    /// Black, at the faces.
     fn default() -> Self {
         Self { albedo: [Vec3::ZERO; 6], depth: [1.0; 6] }
     }
@@ -39,8 +40,8 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// One box of at most [`Options::lattice`]`³` hints over `bounds`, whose surroundings are not known. Where the geometry is at
-    /// hand, `RadianceHints::fit` measures them too.
+    /// One box of at most [`Options::lattice`]`³` hints over `bounds`, whose surroundings are not known. Where the geometry
+    /// is at hand, `RadianceHints::fit` measures them too.
     ///
     /// # Errors
     /// [`BadOption`] where a setting is out of range, or as [`Lattice::fit`].
