@@ -23,8 +23,8 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "texels", Read),
         at(0, 4, "nodes", ReadWrite),
     ] },
-    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parent", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "levels", Uniform),
+    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parents", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pyramid", Uniform),
         at(0, 4, "nodes", ReadWrite),
     ] },
     EntryPoint { module: "RSM_VPLS", name: "vpls_all", workgroup_size: [64, 1, 1], bindings: &[

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::DVec3;
 use sh_math::{
     Mean, PackedSh, Rotation, Sh, Zonal, basis, basis_and_gradient, basis_by_recurrence, gauss_legendre, unit,
 };
@@ -14,6 +14,9 @@ macro_rules! line {
 }
 
 mod form_factors;
+mod random;
+
+use random::Random;
 
 /// The page `docs/accuracy.md`. Deterministic; some seconds.
 pub(crate) fn run() -> String {
@@ -26,37 +29,6 @@ pub(crate) fn run() -> String {
     form_factors::parallel_squares(&mut page);
     form_factors::all_poses(&mut page);
     page
-}
-
-/// Numbers in `[0, 1)` from a 64-bit linear congruential generator.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 * 2.0_f64.powi(-53)
-    }
-
-    fn signed(&mut self) -> f64 {
-        2.0 * self.next() - 1.0
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        let (z, phi) = (self.signed(), TAU * self.next());
-        let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * phi.cos(), r * phi.sin(), z)
-    }
-
-    fn sh<const N: usize>(&mut self) -> Sh<N, f64> {
-        // What f32 can hold, so that only the operation rounds.
-        Sh(core::array::from_fn(|_| f64::from(self.signed() as f32)))
-    }
-
-    fn rotation(&mut self) -> DMat3 {
-        let q =
-            DQuat::from_xyzw(self.signed(), self.signed(), self.signed(), self.signed() + 1.5).normalize();
-        DMat3::from_quat(q)
-    }
 }
 
 /// Directions, in f32: random, the axes, and close to the axes.

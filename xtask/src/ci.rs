@@ -8,7 +8,7 @@ use cargo_metadata::{MetadataCommand, Package};
 
 use crate::cli::TestArgs;
 use crate::failure::{Failure, Outcome};
-use crate::{fixtures, layers, say, setup, validate};
+use crate::{diagrams, fixtures, layers, say, setup, validate};
 
 /// How a step ended.
 enum End {
@@ -138,16 +138,12 @@ fn steps() -> Outcome<Vec<Step>> {
     steps.push(Step::new("fixtures", "run `cargo xtask fixtures` and commit what changed", || {
         own(fixtures::check())
     }));
-    steps.push(Step::new(
-        "validate",
-        "GPU and CPU disagree: see the passes above",
-        || match validate::fixtures() {
-            Err(Failure::Check(why)) if why == setup::NO_ADAPTER && !setup::gpu_required() => {
-                End::Skipped(setup::NO_ADAPTER.to_owned())
-            }
-            outcome => own(outcome),
-        },
-    ));
+    steps.push(Step::new("diagrams", "run `cargo xtask diagrams` and commit what changed", || {
+        without_adapter(diagrams::run(true))
+    }));
+    steps.push(Step::new("validate", "GPU and CPU disagree: see the passes above", || {
+        without_adapter(validate::fixtures())
+    }));
     steps.push(tool("typos", &[], "fix the spelling, or add the word to typos.toml"));
     steps.push(tool("cargo-deny", &["--offline", "check", "licenses", "bans", "sources"], "see deny.toml"));
     Ok(steps)
@@ -259,6 +255,16 @@ fn own(outcome: Outcome) -> End {
     match outcome {
         Ok(()) => End::Passed,
         Err(f) => End::Failed(f.line()),
+    }
+}
+
+/// [`own`] of a step that a machine without an adapter skips.
+fn without_adapter(outcome: Outcome) -> End {
+    match outcome {
+        Err(Failure::Check(why)) if why.starts_with(setup::NO_ADAPTER) && !setup::gpu_required() => {
+            End::Skipped(setup::NO_ADAPTER.to_owned())
+        }
+        outcome => own(outcome),
     }
 }
 

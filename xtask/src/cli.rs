@@ -39,8 +39,10 @@ pub(crate) enum Command {
     Accuracy,
     /// Measure rays and paths beside Embree and Mitsuba, set up as Python packages where that can be.
     BenchPeers(BenchPeersArgs),
-    /// Fail on a dependency edge that docs/architecture.md does not draw.
+    /// Fail on a dependency edge that docs/architecture.md does not draw, or on files that use each other in a circle.
     CheckLayers,
+    /// Draw the buffers and passes of every technique into docs/passes.md.
+    Diagrams(DiagramsArgs),
     /// Count lines of code per technique: what computes, and what only connects it.
     Loc,
 }
@@ -242,6 +244,13 @@ pub(crate) struct BenchPeersArgs {
     /// compared where no fixture is named.
     #[arg(value_name = "FIXTURE", value_parser = indirect_scene::fixtures::NAMES)]
     pub(crate) scenes: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DiagramsArgs {
+    /// Compare with the stored page instead of writing it; fails where they differ.
+    #[arg(long)]
+    pub(crate) check: bool,
 }
 
 #[derive(Debug, Args)]

@@ -57,8 +57,8 @@ pub(crate) fn run() -> Outcome {
             let limits = context.device.limits();
             say(format!(
                 "limits     storage binding {}, buffer {}",
-                crate::report::bytes(limits.max_storage_buffer_binding_size),
-                crate::report::bytes(limits.max_buffer_size)
+                crate::page::bytes(limits.max_storage_buffer_binding_size),
+                crate::page::bytes(limits.max_buffer_size)
             ));
         }
         Err(f) => say(format!("chosen     none: {}", f.line())),

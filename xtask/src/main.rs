@@ -4,12 +4,17 @@ mod accuracy;
 mod bench_peers;
 mod ci;
 mod cli;
+mod console;
+mod diagrams;
 mod doctor;
 mod failure;
 mod fixtures;
 mod gpu;
 mod layers;
 mod loc;
+mod measure;
+mod page;
+mod paths;
 mod progress;
 mod render;
 mod report;
@@ -20,9 +25,7 @@ mod technique;
 mod temporal;
 mod validate;
 
-use std::fmt::Display;
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,6 +33,9 @@ use clap::error::ErrorKind;
 
 use cli::{Cli, Command};
 use failure::{Failure, Outcome};
+
+pub(crate) use console::{say, warn};
+pub(crate) use paths::{root, target};
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -72,6 +78,7 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::Accuracy) => failure::write(&root().join("docs/accuracy.md"), accuracy::run()),
         Some(Command::BenchPeers(args)) => bench_peers::run(args),
         Some(Command::CheckLayers) => layers::run(),
+        Some(Command::Diagrams(args)) => diagrams::run(args.check),
         Some(Command::Loc) => loc::run(),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),
@@ -82,25 +89,4 @@ fn fail(failure: &Failure) -> ExitCode {
     // Nowhere to report a failure to write a failure.
     let _ = writeln!(std::io::stderr(), "error: {}", failure.line());
     ExitCode::from(failure.exit_code())
-}
-
-/// One line to stdout. A reader that has gone away is no error.
-fn say(text: impl Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
-}
-
-/// One line `warning: …` to stderr.
-fn warn(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "warning: {text}");
-}
-
-/// The root of the workspace.
-fn root() -> PathBuf {
-    let manifest = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    manifest.parent().map_or_else(|| manifest.clone(), PathBuf::from)
-}
-
-/// The folder for build products, under which caches lie too.
-fn target() -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }

@@ -2,7 +2,8 @@
 
 use crate::cli::SweepArgs;
 use crate::failure::{self, Outcome};
-use crate::report::{self, Effort};
+use crate::measure::Effort;
+use crate::report;
 use crate::{gpu, setup, technique, warn};
 
 pub(crate) fn run(args: &SweepArgs) -> Outcome {

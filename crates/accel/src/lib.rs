@@ -9,21 +9,11 @@ mod simd;
 
 use indirect_core::{Hit, Ray, Scene};
 
-use layout::{Node, Packet, Tree};
-use simd::Isa;
+pub use builder::BuildPreset;
 
-/// How much time to spend on a tree that is quick to query.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum BuildPreset {
-    /// Clustering of neighbours along a space-filling curve, with little optimisation.
-    Fast,
-    /// A wider search for neighbours and more optimisation: up to a third more rays per second for little more time.
-    Balanced,
-    /// Optimises every node and splits large triangles: about 4 times the build time of `Balanced` for 10 % more closest
-    /// hits per second (more in scenes of few, large triangles).
-    #[default]
-    Best,
-}
+use layout::{Node, Packet, Tree};
+use query::{Any, Closest};
+use simd::Isa;
 
 /// An acceleration structure over the triangles of a scene.
 ///
@@ -64,10 +54,11 @@ impl<'a> Accel<'a> {
     #[must_use]
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        if self.tree.masked {
-            simd::closest::<true>(self.isa, &self.tree, self.scene, ray)
+        let (tree, scene) = (&self.tree, self.scene);
+        if tree.masked {
+            self.isa.run(Closest::<true> { tree, scene, ray })
         } else {
-            simd::closest::<false>(self.isa, &self.tree, self.scene, ray)
+            self.isa.run(Closest::<false> { tree, scene, ray })
         }
     }
 
@@ -75,10 +66,11 @@ impl<'a> Accel<'a> {
     #[must_use]
     #[inline]
     pub fn any_hit(&self, ray: &Ray) -> bool {
-        if self.tree.masked {
-            simd::any::<true>(self.isa, &self.tree, self.scene, ray)
+        let (tree, scene) = (&self.tree, self.scene);
+        if tree.masked {
+            self.isa.run(Any::<true> { tree, scene, ray })
         } else {
-            simd::any::<false>(self.isa, &self.tree, self.scene, ray)
+            self.isa.run(Any::<false> { tree, scene, ray })
         }
     }
 

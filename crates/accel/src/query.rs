@@ -19,7 +19,7 @@
 use indirect_core::{Hit, Ray, Scene};
 
 use crate::layout::{LEAF, Node, Packet, Row, Tree, WIDTH};
-use crate::simd::{Entry, Lanes, Stack};
+use crate::simd::{Entry, Lanes, Query, Stack};
 
 /// `32 u`, see the module.
 const MARGIN: f32 = 32.0 * (f32::EPSILON / 2.0);
@@ -186,12 +186,23 @@ fn exact_edges(x: &[Row; 3], y: &[Row; 3], mut weights: [Row; 3], unsure: u32) -
 }
 
 /// The hit with the smallest `t`, and of those the triangle with the smallest index, whatever the shape of the tree.
-#[inline(always)]
-pub(crate) fn closest<L: Lanes, const MASKED: bool>(tree: &Tree, scene: &Scene, ray: &Ray) -> Option<Hit> {
-    let prepared = Prepared::<L>::new(tree, ray)?;
-    // t < t_max ⇔ t ≤ its predecessor; an equal t then wins by a smaller triangle index.
-    let best = Hit { t: ray.t_max.next_down(), u: 0.0, v: 0.0, triangle: u32::MAX };
-    Stack::with(tree.stack, |stack| nearest::<L, MASKED>(tree, scene, &prepared, best, stack))
+pub(crate) struct Closest<'a, const MASKED: bool> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) scene: &'a Scene,
+    pub(crate) ray: &'a Ray,
+}
+
+impl<const MASKED: bool> Query for Closest<'_, MASKED> {
+    type Answer = Option<Hit>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Option<Hit> {
+        let Self { tree, scene, ray } = self;
+        let prepared = Prepared::<L>::new(tree, ray)?;
+        // t < t_max ⇔ t ≤ its predecessor; an equal t then wins by a smaller triangle index.
+        let best = Hit { t: ray.t_max.next_down(), u: 0.0, v: 0.0, triangle: u32::MAX };
+        Stack::with(tree.stack, |stack| nearest::<L, MASKED>(tree, scene, &prepared, best, stack))
+    }
 }
 
 #[inline(always)]
@@ -269,13 +280,24 @@ fn nearest_in<L: Lanes, const MASKED: bool>(
 }
 
 /// Whether anything is hit.
-#[inline(always)]
-pub(crate) fn any<L: Lanes, const MASKED: bool>(tree: &Tree, scene: &Scene, ray: &Ray) -> bool {
-    let Some(prepared) = Prepared::<L>::new(tree, ray) else {
-        return false;
-    };
-    let limit = ray.t_max.next_down();
-    Stack::with(tree.stack, |stack| exists::<L, MASKED>(tree, scene, &prepared, limit, stack))
+pub(crate) struct Any<'a, const MASKED: bool> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) scene: &'a Scene,
+    pub(crate) ray: &'a Ray,
+}
+
+impl<const MASKED: bool> Query for Any<'_, MASKED> {
+    type Answer = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let Self { tree, scene, ray } = self;
+        let Some(prepared) = Prepared::<L>::new(tree, ray) else {
+            return false;
+        };
+        let limit = ray.t_max.next_down();
+        Stack::with(tree.stack, |stack| exists::<L, MASKED>(tree, scene, &prepared, limit, stack))
+    }
 }
 
 #[inline(always)]

@@ -5,15 +5,11 @@
 //! Every operation of [`Lanes`] is a single IEEE operation per lane in both implementations, nothing is fused, so both
 //! give the same bits.
 //!
-//! Safety: a value of the AVX2 type is only made inside [`closest_avx2`] and [`any_avx2`], which only run when
-//! [`Isa::detect`] has seen AVX2. The stack's entries are only read after they were written, below its length.
+//! Safety: a value of the AVX2 type is only made inside [`run_avx2`], which only runs when [`Isa::detect`] has seen AVX2. The stack's entries are only read after they were written, below its length.
 
 use core::mem::MaybeUninit;
 
-use indirect_core::{Hit, Ray, Scene};
-
-use crate::layout::{Row, Tree, WIDTH};
-use crate::query;
+use crate::layout::{Row, WIDTH};
 
 /// Instruction set of the queries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,36 +33,29 @@ impl Isa {
         }
         Self::Portable
     }
-}
 
-pub(crate) fn closest<const MASKED: bool>(isa: Isa, tree: &Tree, scene: &Scene, ray: &Ray) -> Option<Hit> {
-    match isa {
-        Isa::Portable => query::closest::<[f32; WIDTH], MASKED>(tree, scene, ray),
-        // Safety: `detect` saw the features.
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => unsafe { closest_avx2::<MASKED>(tree, scene, ray) },
-    }
-}
-
-pub(crate) fn any<const MASKED: bool>(isa: Isa, tree: &Tree, scene: &Scene, ray: &Ray) -> bool {
-    match isa {
-        Isa::Portable => query::any::<[f32; WIDTH], MASKED>(tree, scene, ray),
-        // Safety: `detect` saw the features.
-        #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => unsafe { any_avx2::<MASKED>(tree, scene, ray) },
+    /// Runs a query with this instruction set.
+    #[inline]
+    pub(crate) fn run<Q: Query>(self, query: Q) -> Q::Answer {
+        match self {
+            Self::Portable => query.run::<[f32; WIDTH]>(),
+            // Safety: `detect` saw the features.
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => unsafe { run_avx2(query) },
+        }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
-unsafe fn closest_avx2<const MASKED: bool>(tree: &Tree, scene: &Scene, ray: &Ray) -> Option<Hit> {
-    query::closest::<x86::Avx2, MASKED>(tree, scene, ray)
+unsafe fn run_avx2<Q: Query>(query: Q) -> Q::Answer {
+    query.run::<x86::Avx2>()
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2")]
-unsafe fn any_avx2<const MASKED: bool>(tree: &Tree, scene: &Scene, ray: &Ray) -> bool {
-    query::any::<x86::Avx2, MASKED>(tree, scene, ray)
+/// What runs with any instruction set. Everything in [`Query::run`] must be `#[inline(always)]`, to be compiled for the chosen one.
+pub(crate) trait Query {
+    type Answer;
+    fn run<L: Lanes>(self) -> Self::Answer;
 }
 
 /// Eight f32 lanes.

@@ -66,8 +66,13 @@ impl SmoothBuffers {
         named: &[Named<'_>],
     ) -> Result<(), GpuError> {
         pass.compute(pipelines, (&FILTER_SMOOTH, "smooth_pixels"), pixels, &[named, &self.named()])?;
-        pass.copy((&self.smoothed, 0), (&self.history, 0), self.history.size());
-        pass.copy((&self.present_view, 0), (&self.previous_view, 0), self.previous_view.size());
+        pass.copy("history", (&self.smoothed, 0), (&self.history, 0), self.history.size());
+        pass.copy(
+            "previous_view",
+            (&self.present_view, 0),
+            (&self.previous_view, 0),
+            self.previous_view.size(),
+        );
         Ok(())
     }
 }

@@ -75,13 +75,17 @@ pub fn bind_group<'a>(
     bindings: impl Iterator<Item = &'a Binding>,
     lists: &[&[Named<'_>]],
 ) -> Result<BindGroup, GpuError> {
-    let find = |name| lists.iter().rev().find_map(|l| l.iter().rev().find(|b| b.0 == name));
-    let entries = bindings.map(|b| match find(b.name) {
-        Some((_, resource)) => Ok(BindGroupEntry { binding: b.binding, resource: resource.clone() }),
+    let entries = bindings.map(|b| match find(lists, b.name) {
+        Some(resource) => Ok(BindGroupEntry { binding: b.binding, resource: resource.clone() }),
         None => Err(GpuError::Unbound { kernel: label.to_owned(), name: b.name }),
     });
     let entries = entries.collect::<Result<Vec<_>, _>>()?;
     Ok(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries }))
+}
+
+/// The resource of a name.
+pub(crate) fn find<'a>(lists: &[&'a [Named<'a>]], name: &str) -> Option<&'a BindingResource<'a>> {
+    lists.iter().rev().find_map(|l| l.iter().rev().find(|b| b.0 == name)).map(|(_, resource)| resource)
 }
 
 /// One compute entry point, ready to run.
@@ -183,6 +187,12 @@ impl Kernel {
             let [x, y, z] = workgroups;
             pass.dispatch_workgroups(x, y, z);
         });
+    }
+
+    /// The pipeline.
+    #[must_use]
+    pub const fn pipeline(&self) -> &ComputePipeline {
+        &self.pipeline
     }
 
     /// Sets pipeline and bind groups 0, 1, … of a compute pass that the caller began.

@@ -1,6 +1,7 @@
 use indirect_shaders::{BindingKind, Module};
-use wgpu::{BindGroup, Buffer, CommandEncoder, RenderPipeline, TextureView};
+use wgpu::{BindGroup, BindingResource, Buffer, CommandEncoder, RenderPipeline, TextureView};
 
+use crate::kernel::find;
 use crate::{
     GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d,
 };
@@ -14,13 +15,15 @@ pub struct Pass {
     uses: Vec<Use>,
 }
 
-/// A buffer that a pass binds, by the name that WGSL gives it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// A buffer that a pass uses.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Use {
-    /// The name.
+    /// The name that WGSL gives it.
     pub name: &'static str,
-    /// Whether it may write there.
+    /// Whether the pass may write there.
     pub writes: bool,
+    /// The buffer.
+    pub buffer: Buffer,
 }
 
 #[derive(Debug)]
@@ -56,9 +59,9 @@ impl Pass {
         &self.uses
     }
 
-    /// Notes a use that does not follow from a kernel's bindings: that of a copy or a draw.
-    pub fn note(&mut self, name: &'static str, writes: bool) {
-        let new = Use { name, writes };
+    /// Notes a use that does not follow from a kernel's bindings: that of a draw.
+    pub fn note(&mut self, name: &'static str, buffer: &Buffer, writes: bool) {
+        let new = Use { name, writes, buffer: buffer.clone() };
         if !self.uses.contains(&new) {
             self.uses.push(new);
         }
@@ -111,9 +114,9 @@ impl Pass {
         lists: &[&[Named<'_>]],
     ) -> Result<(), GpuError> {
         let group = kernel.group(pipelines.device(), 0, lists)?;
-        for b in kernel.bindings() {
-            if b.kind != BindingKind::Uniform {
-                self.note(b.name, b.kind == BindingKind::ReadWrite);
+        for b in kernel.bindings().iter().filter(|b| b.kind != BindingKind::Uniform) {
+            if let Some(BindingResource::Buffer(found)) = find(lists, b.name) {
+                self.note(b.name, found.buffer, b.kind == BindingKind::ReadWrite);
             }
         }
         self.steps.push(Step::Compute { kernel, group, workgroups });
@@ -122,7 +125,11 @@ impl Pass {
 
     /// Adds the drawing of a G-buffer; nothing to do where [`Self::encode`] is given no scene.
     pub fn surface(&mut self, pipelines: &Pipelines, target: &GBufferTarget) {
-        ["positions", "normals", "albedos", "triangles"].map(|name| self.note(name, true));
+        for (name, resource) in target.named() {
+            if let BindingResource::Buffer(found) = resource {
+                self.note(name, found.buffer, true);
+            }
+        }
         self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
     }
 
@@ -138,8 +145,15 @@ impl Pass {
         self.steps.push(Step::Draw { pipeline, group, target, arguments, offset });
     }
 
-    /// Adds a copy of `bytes` bytes between two buffers, each with the byte at which to begin.
-    pub fn copy(&mut self, (from, from_offset): (&Buffer, u64), (to, to_offset): (&Buffer, u64), bytes: u64) {
+    /// Adds a copy of `bytes` bytes to a buffer of that name, each with the byte at which to begin.
+    pub fn copy(
+        &mut self,
+        name: &'static str,
+        (from, from_offset): (&Buffer, u64),
+        (to, to_offset): (&Buffer, u64),
+        bytes: u64,
+    ) {
+        self.note(name, to, true);
         let (from, to) = (from.clone(), to.clone());
         self.steps.push(Step::Copy { from, from_offset, to, to_offset, bytes });
     }
@@ -154,9 +168,14 @@ impl Pass {
             rest = others;
             match first {
                 Step::Compute { .. } => timer.compute(encoder, self.name, |pass| {
+                    let mut last = None;
                     for step in run {
                         let Step::Compute { kernel, group, workgroups } = step else { continue };
-                        kernel.set(pass, core::iter::once(group));
+                        // Encoding is paid by the command: a pipeline is set where it changes.
+                        if last.replace(kernel.pipeline()) != Some(kernel.pipeline()) {
+                            pass.set_pipeline(kernel.pipeline());
+                        }
+                        pass.set_bind_group(0, group, &[]);
                         match workgroups {
                             Workgroups::Count([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
                             Workgroups::Indirect(buffer, offset) => {

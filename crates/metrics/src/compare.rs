@@ -252,13 +252,3 @@ fn percentiles(values: &mut [f64]) -> [f64; 3] {
         values[rank.clamp(1, values.len()) - 1]
     })
 }
-
-/// Mean over pixels whose `surface` entry is set, in f64; 0 without any.
-pub(crate) fn masked_mean(values: &[f32], surface: &[bool]) -> f64 {
-    let (sum, n) = values
-        .iter()
-        .zip(surface)
-        .filter(|(_, seen)| **seen)
-        .fold((0.0, 0_usize), |(sum, n), (v, _)| (sum + f64::from(*v), n + 1));
-    if n == 0 { 0.0 } else { sum / n as f64 }
-}

@@ -13,7 +13,7 @@
 use glam::Vec3;
 use indirect_core::Image;
 
-use crate::{MetricsError, compare::masked_mean};
+use crate::{MetricsError, mask};
 
 /// Pixels per degree of visual angle of a 0.7 m wide screen of 3840 pixels seen from 0.7 m: the paper's default.
 pub const PIXELS_PER_DEGREE: f32 = 0.7 * 3840.0 / 0.7 * (core::f32::consts::PI / 180.0);
@@ -31,7 +31,7 @@ impl FlipMap {
     /// Mean over the pixels whose `surface` entry is set; 0 without any.
     #[must_use]
     pub fn mean(&self, surface: &[bool]) -> f64 {
-        masked_mean(&self.values, surface)
+        mask::mean(&self.values, surface)
     }
 }
 

@@ -19,6 +19,7 @@
 mod compare;
 mod error;
 pub mod flip;
+mod mask;
 pub mod palette;
 
 pub use compare::{BelowFloor, Comparison, Measures, Reference, compare, difference, exposure};

@@ -1,18 +1,32 @@
 #![doc = include_str!("../README.md")]
 #![warn(missing_debug_implementations)]
 
+// A file uses only what stands below it:
+//   store              estimates as files, the cache
+//   render             batches, until there are enough
+//   trial              whether an image uses virtual lights
+//   raster             the samples of a pixel
+//   path               paths from the camera
+//   vpls               paths from the lights
+//   tracer             rays between the surfaces and lights of the scene
+//   lights, emitters, surfaces, sampler
+//   estimate, key      the result, and what names it
+//   settings, error
 mod emitters;
 mod error;
 mod estimate;
 mod key;
 mod lights;
 mod path;
-mod pool;
+mod raster;
 mod render;
 mod sampler;
 mod settings;
 mod store;
 mod surfaces;
+mod tracer;
+mod trial;
+mod vpls;
 
 pub use error::Error;
 pub use estimate::{Estimate, Mean};

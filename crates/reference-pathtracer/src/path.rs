@@ -1,14 +1,14 @@
+//! Paths from the camera.
+
 use glam::Vec3;
-use indirect_accel::Accel;
-use indirect_core::{Aabb, Hit, Ray, math};
+use indirect_core::{Hit, math};
 
 use crate::{
     EmitterSampling, Settings,
-    emitters::Emitters,
-    lights::{Contribution, Lights},
-    pool::Draw,
     sampler::Sampler,
-    surfaces::{Lobe, Surfaces, Vertex},
+    surfaces::{Lobe, Vertex},
+    tracer::Tracer,
+    vpls::Draw,
 };
 
 /// Vertices whose decisions come from low-discrepancy points; later ones matter too little to be worth their cost.
@@ -17,25 +17,6 @@ const STRATIFIED: u32 = 3;
 /// The most surfaces that one unoccluded ray pierces: only so that no input can hang it.
 const PIERCED: usize = 1 << 14;
 
-/// A shadow ray towards a punctual light ends this share of the way before it, so that a light that sits on a surface is
-/// not shadowed by it.
-const SHADOW_END: f32 = 1.0 - 1.0 / 65536.0;
-
-/// Everything a path needs to know about the scene.
-#[derive(Debug)]
-pub(crate) struct Tracer<'a> {
-    accel: &'a Accel<'a>,
-    pub(crate) surfaces: Surfaces<'a>,
-    pub(crate) emitters: Emitters,
-    pub(crate) lights: Lights,
-    /// Scale of ray offsets.
-    unit: f32,
-    bounds: Option<Aabb>,
-    /// Most indirect bounces.
-    limit: u32,
-    pub(crate) settings: Settings,
-}
-
 /// Radiance found by one path.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Found {
@@ -43,60 +24,7 @@ pub(crate) struct Found {
     pub(crate) indirect: Vec3,
 }
 
-impl<'a> Tracer<'a> {
-    pub(crate) fn new(accel: &'a Accel<'a>, settings: Settings) -> Self {
-        let scene = accel.scene();
-        Self {
-            accel,
-            surfaces: Surfaces::new(scene),
-            emitters: Emitters::new(scene),
-            lights: Lights::new(scene),
-            unit: accel.unit(),
-            bounds: scene.bounds(),
-            limit: if settings.components.indirect() { settings.bounces.limit() } else { 0 },
-            settings,
-        }
-    }
-
-    pub(crate) fn limit(&self) -> u32 {
-        self.limit
-    }
-
-    pub(crate) fn unit(&self) -> f32 {
-        self.unit
-    }
-
-    pub(crate) fn bounds(&self) -> Option<Aabb> {
-        self.bounds
-    }
-
-    pub(crate) fn accel(&self) -> &Accel<'a> {
-        self.accel
-    }
-
-    /// Whether paths add anything to what [`Tracer::seen`] and [`Tracer::lit`] know of a vertex.
-    pub(crate) fn needs_paths(&self) -> bool {
-        let indirect = self.limit > 0 && !(self.emitters.is_empty() && self.lights.len() == 0);
-        indirect || (self.settings.components.direct() && !self.emitters.is_empty())
-    }
-
-    /// The surface that a camera ray sees.
-    pub(crate) fn seen(&self, ray: &Ray, rays: &mut u64) -> Option<Vertex> {
-        *rays += 1;
-        self.accel.closest_hit(ray).map(|hit| self.surfaces.vertex(&hit, ray.direction))
-    }
-
-    /// Radiance reflected at a vertex from all punctual lights, exactly.
-    pub(crate) fn lit(&self, vertex: &Vertex, rays: &mut u64) -> Vec3 {
-        let lobe = Lobe::new(vertex);
-        let lights = (0..self.lights.len()).filter_map(|i| self.lights.contribution(i, vertex, &lobe));
-        let mut sum = Vec3::ZERO;
-        for c in lights {
-            sum += self.unshadowed(vertex, &c, rays);
-        }
-        sum * vertex.albedo
-    }
-
+impl Tracer<'_> {
     /// Follows one path from a visible surface. `punctual_lit`: punctual lights on that surface are already known; `draw`: the virtual
     /// lights to use.
     pub(crate) fn path(
@@ -131,7 +59,7 @@ impl<'a> Tracer<'a> {
             if order == 0
                 && let Some(draw) = &draw
             {
-                found.indirect += throughput * self.shared(&vertex, &lobe, draw, rays);
+                found.indirect += throughput * draw.light(self, &vertex, &lobe, rays);
             }
             // Beyond the last bounce only a direction that meets an emitter still adds something.
             let last = order >= self.limit;
@@ -159,14 +87,14 @@ impl<'a> Tracer<'a> {
             }
             if unoccluded {
                 let kept = |far: &Vertex| match &draw {
-                    Some(draw) if order == 0 => self.kept(&vertex, &lobe, w, far, draw),
+                    Some(draw) if order == 0 => draw.kept(&vertex, &lobe, w, far),
                     _ => 1.0,
                 };
                 found.indirect += throughput * self.behind(&next, w, kept, sampler, rays);
             }
             if order == 0
                 && let Some(draw) = &draw
-                && sampler.single(SPLIT) >= self.kept(&vertex, &lobe, w, &next, draw)
+                && sampler.single(SPLIT) >= draw.kept(&vertex, &lobe, w, &next)
             {
                 // The virtual lights' share.
                 return found;
@@ -240,40 +168,6 @@ impl<'a> Tracer<'a> {
             return Vec3::ZERO;
         }
         self.lights.draw(vertex, lobe, sampler).map_or(Vec3::ZERO, |c| self.unshadowed(vertex, &c, rays))
-    }
-
-    fn unshadowed(&self, vertex: &Vertex, c: &Contribution, rays: &mut u64) -> Vec3 {
-        let origin = self.leaving(vertex);
-        let ray = if c.distance.is_finite() {
-            // From the offset origin, so that the ray still ends at the light.
-            let light = vertex.position + c.direction * c.distance;
-            Ray { origin, direction: light - origin, t_max: SHADOW_END }
-        } else {
-            Ray::new(origin, c.direction)
-        };
-        *rays += 1;
-        if self.accel.any_hit(&ray) { Vec3::ZERO } else { c.radiance }
-    }
-
-    /// Where rays that leave `vertex` start.
-    #[inline]
-    pub(crate) fn leaving(&self, vertex: &Vertex) -> Vec3 {
-        math::offset_ray_origin_scaled(vertex.position, vertex.geometric, self.unit)
-    }
-
-    /// Whether anything stands between `vertex` and `target`, a point off its surface.
-    #[inline]
-    pub(crate) fn blocked(&self, vertex: &Vertex, target: Vec3, rays: &mut u64) -> bool {
-        let origin = self.leaving(vertex);
-        *rays += 1;
-        self.accel.any_hit(&Ray { origin, direction: target - origin, t_max: 1.0 })
-    }
-
-    /// What a ray from `vertex` along `w` meets first.
-    #[inline]
-    fn leave(&self, vertex: &Vertex, w: Vec3, rays: &mut u64) -> Option<Hit> {
-        *rays += 1;
-        self.accel.closest_hit(&Ray::new(self.leaving(vertex), w))
     }
 
     /// Directly lit radiance towards `−w` of every surface that the ray along `w` meets behind `front`, each with the share that

@@ -1,6 +1,10 @@
 use glam::Vec2;
 use indirect_sampling::{rng, sobol};
 
+/// Tell the uses of one seed apart.
+pub(crate) const PATHS: u32 = 0x7061_7468;
+pub(crate) const LIGHT_PATHS: u32 = 0x6c69_6768;
+
 /// The random numbers of one path: low-discrepancy pairs for its first decisions, hashed ones for the tail.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sampler {

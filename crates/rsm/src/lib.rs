@@ -17,5 +17,6 @@ pub use indirect_core::MapView;
 #[doc(hidden)]
 pub use indirect_technique;
 pub use layout::{Node, Texel, Vpl};
+pub use passes::MAP_PASSES;
 pub use rsm::{Level, MAX_RESOLUTION, Map, Pyramid, PyramidLayout, Rsm};
 pub use selection::{Form, Select, Selection};

@@ -1,8 +1,16 @@
+/// Names of the passes that make the maps: what a renderer skips that has them already.
+pub const MAP_PASSES: [&str; 3] = ["surface", "flux", "pyramid"];
+
 /// The rows of a technique that begins with reflective shadow maps: `surface`, `flux` and `pyramid`. Its output and its buffers
 /// hold the maps in a field `rsm`, its setup the number of their texels in `options.resolution`.
+///
+/// A second argument says how often `pyramid` runs, for techniques that do not always need it.
 #[macro_export]
 macro_rules! map_rows {
     ($technique:ty) => {
+        $crate::map_rows!($technique, |_| 1)
+    };
+    ($technique:ty, $pyramids:expr) => {
         $crate::indirect_technique::passes!(
             $technique,
             [
@@ -25,7 +33,7 @@ macro_rules! map_rows {
                 },
                 Row {
                     name: "pyramid",
-                    times: |_| 1,
+                    times: $pyramids,
                     cpu: |_, o, _| $crate::cpu::pyramid_of_maps(&mut o.rsm),
                     gpu: |b, pass, _| b.buffers.rsm.pyramid(b.pipelines, pass),
                     data: |b, o, x, _| b.rsm.exchange_pyramid(&mut o.rsm, x),

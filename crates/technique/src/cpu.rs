@@ -31,8 +31,17 @@ impl<'a, S> Frame<'a, S> {
 /// Runs all passes of a frame and returns their times. `output` is that of the frame before, or a new one: a technique that looks
 /// back finds its past there.
 pub fn run<T: Technique>(frame: &Frame<'_, T::Setup>, output: &mut T::Output) -> Vec<PassTime> {
+    run_without::<T>(frame, output, |_| false)
+}
+
+/// [`run`] without the passes whose names `skip` accepts, whose results the caller has put into `output`, the maps for instance.
+pub fn run_without<T: Technique>(
+    frame: &Frame<'_, T::Setup>,
+    output: &mut T::Output,
+    skip: impl Fn(&str) -> bool,
+) -> Vec<PassTime> {
     let mut times = Vec::new();
-    for row in T::rows() {
+    for row in T::rows().into_iter().filter(|row| !skip(row.name())) {
         for number in 0..row.times(frame.setup) {
             let start = Instant::now();
             row.run_cpu(frame, output, number);

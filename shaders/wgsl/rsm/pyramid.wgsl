@@ -1,19 +1,19 @@
-// pyramid: bounds and sums over the lit texels of a map, level by level; one dispatch per level.
+// pyramid: bounds and sums over the lit texels of a map, level by level; up to four levels per dispatch.
 // Twin: crates/rsm/src/cpu/pyramid.rs.
 
-/// Where a level and the finer one below it lie in `nodes`.
-struct LevelPair {
-    fine_offset: u32,
-    fine_width: u32,
-    fine_height: u32,
-    coarse_offset: u32,
-    coarse_width: u32,
-    coarse_height: u32,
+/// Where the levels lie in `nodes`, and which of them a dispatch makes.
+struct PyramidLevels {
+    /// Offset, width and height of each.
+    levels: array<vec4<u32>, 16>,
+    /// The finest that is read.
+    first: u32,
+    /// How many are made, at most four.
+    count: u32,
     pad0: u32,
     pad1: u32,
 }
 
-@group(0) @binding(0) var<uniform> levels: LevelPair;
+@group(0) @binding(0) var<uniform> pyramid: PyramidLevels;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> texels: array<Texel>;
@@ -33,15 +33,26 @@ fn pyramid_leaf(
     }
 }
 
+/// A workgroup makes 8² nodes, the 4² above them, and so on: all that it reads it has made itself, or the dispatch before.
 @compute @workgroup_size(64)
-fn pyramid_parent(
+fn pyramid_parents(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
-    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < levels.coarse_width * levels.coarse_height {
-        nodes[levels.coarse_offset + i] = parent(i % levels.coarse_width, i / levels.coarse_width);
+    let group = workgroup_id.y * num_workgroups.x + workgroup_id.x;
+    let across = (pyramid.levels[pyramid.first + 1u].y + 7u) / 8u;
+    let block = vec2(group % across, group / across);
+    var side = 8u;
+    for (var k = 0u; k < pyramid.count; k++) {
+        let fine = pyramid.levels[pyramid.first + k];
+        let coarse = pyramid.levels[pyramid.first + k + 1u];
+        let at = block * side + vec2(local_index % side, local_index / side);
+        if local_index < side * side && at.x < coarse.y && at.y < coarse.z {
+            nodes[coarse.x + at.y * coarse.y + at.x] = parent(fine, at.x, at.y);
+        }
+        side /= 2u;
+        storageBarrier();
     }
 }
 
@@ -59,15 +70,15 @@ fn is_finite3(v: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(v) & vec3(0x7f800000u)) != vec3(0x7f800000u));
 }
 
-/// The node above the up to four children at (2x, 2y)…(2x+1, 2y+1).
-fn parent(x: u32, y: u32) -> Node {
+/// The node above the up to four children at (2x, 2y)…(2x+1, 2y+1) of the level `fine`: offset, width, height.
+fn parent(fine: vec4<u32>, x: u32, y: u32) -> Node {
     var node = NODE_EMPTY;
     var axis = vec3(0.0);
-    let x_end = min(2u * x + 2u, levels.fine_width);
-    let y_end = min(2u * y + 2u, levels.fine_height);
+    let x_end = min(2u * x + 2u, fine.y);
+    let y_end = min(2u * y + 2u, fine.z);
     for (var cy = 2u * y; cy < y_end; cy++) {
         for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = nodes[levels.fine_offset + cy * levels.fine_width + cx];
+            let child = nodes[fine.x + cy * fine.y + cx];
             node.reflected += child.reflected;
             node.incident += child.incident;
             node.depth_min = min(node.depth_min, child.depth_min);
@@ -88,7 +99,7 @@ fn parent(x: u32, y: u32) -> Node {
     node.cone_axis = axis * (1.0 / length);
     for (var cy = 2u * y; cy < y_end; cy++) {
         for (var cx = 2u * x; cx < x_end; cx++) {
-            let child = nodes[levels.fine_offset + cy * levels.fine_width + cx];
+            let child = nodes[fine.x + cy * fine.y + cx];
             if child.depth_min <= child.depth_max {
                 let offset = child.cone_axis - node.cone_axis;
                 // |a − b|²/2 is 1 − cos of the angle between unit vectors, without its cancellation.

@@ -10,7 +10,7 @@ use indirect_core::form_factor::{
 use indirect_core::math::orthonormal_basis;
 use sh_math::gauss_legendre;
 
-use super::Random;
+use super::random::Random;
 
 /// The square `centre ± s ± t` in the order that makes it emit to the side `s × t` points to.
 fn square(centre: Vec3, s: Vec3, t: Vec3) -> [Vec3; 4] {

@@ -3,7 +3,8 @@
 use image_space_radiosity::ImageSpaceRadiosity;
 use indirect_core::SceneProfile;
 
-use super::{Adapter, Notes, notes};
+use super::model::{Adapter, Notes};
+use super::notes;
 
 /// What the harness says of the technique.
 pub(super) struct Radiosity;

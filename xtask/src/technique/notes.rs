@@ -2,7 +2,7 @@
 
 use indirect_core::SceneProfile;
 
-use super::Notes;
+use super::model::Notes;
 
 /// Which lights and materials of a scene reach the maps.
 pub(super) fn of_lights(profile: &SceneProfile) -> Notes {

@@ -3,7 +3,8 @@
 use indirect_core::SceneProfile;
 use radiance_hints::{Options, RadianceHints, Visibility};
 
-use super::{Adapter, Notes, Transport, curve, notes};
+use super::model::{Adapter, Notes, Transport, curve};
+use super::notes;
 
 /// What the harness says of the technique.
 pub(super) struct Hints;

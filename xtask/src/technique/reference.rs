@@ -9,9 +9,9 @@ use reference_pathtracer::{
 };
 use serde_json::{Map, Value, json};
 
+use super::model::Notes;
 use crate::failure::{self, Failure, Outcome};
 use crate::stage::Stage;
-use crate::technique::Notes;
 use crate::{progress, warn};
 
 pub(crate) const SUMMARY: &str =

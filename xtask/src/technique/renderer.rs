@@ -6,13 +6,15 @@ use indirect_accel::cast;
 use indirect_core::{Image, PassTime};
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
 use indirect_gpu::{Context, GBufferTarget, PassTimer, Vec3Pad};
-use indirect_technique::cpu::{Fit, Frame, run};
+use indirect_technique::Frame;
+use indirect_technique::cpu::{Fit, run};
 use indirect_technique::gpu::{
     Backend as Place, GpuTechnique, Inputs, Resources, Twin, camera_twins, run_both,
 };
 
+use super::diagram;
+use super::model::{Backend, Bytes, Pass, Renderer};
 use super::settings::Values;
-use super::{Backend, Bytes, Pass, Renderer};
 use crate::failure::{Failure, Outcome};
 use crate::stage::Stage;
 
@@ -133,6 +135,11 @@ impl<T: Fit + GpuTechnique> Gpu<T> {
             run_both((device, queue), &frame, &self.resources, scene, keep).map_err(failed)?;
         twins.extend(found);
         Ok((output, twins))
+    }
+
+    /// The passes of these settings and the buffers between them, as a mermaid graph.
+    pub(super) fn diagram(&self) -> String {
+        diagram::of(self.resources.passes(), &self.camera)
     }
 
     /// All buffers beside their twins.

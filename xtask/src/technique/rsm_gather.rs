@@ -3,7 +3,8 @@
 use indirect_core::SceneProfile;
 use rsm_gather::RsmGather;
 
-use super::{Adapter, Notes, curve, notes};
+use super::model::{Adapter, Notes, curve};
+use super::notes;
 
 /// What the harness says of the technique.
 pub(super) struct Gather;

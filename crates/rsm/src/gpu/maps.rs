@@ -13,28 +13,35 @@ use crate::{
     layout::{LightMap, Node, Texel},
 };
 
+/// Levels that one dispatch makes: a workgroup's 8² nodes and what lies above them.
+const LEVELS_PER_DISPATCH: usize = 4;
+
 indirect_core::wgsl_struct! {
-    /// Where a level and the finer one below it lie.
+    /// Where the levels lie, and which of them a dispatch makes.
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub(crate) struct LevelPair = "LevelPair" {
-        pub(crate) fine_offset: u32,
-        pub(crate) fine_width: u32,
-        pub(crate) fine_height: u32,
-        pub(crate) coarse_offset: u32,
-        pub(crate) coarse_width: u32,
-        pub(crate) coarse_height: u32,
+    pub(crate) struct PyramidLevels = "PyramidLevels" {
+        pub(crate) levels: [[u32; 4]; 16],
+        pub(crate) first: u32,
+        pub(crate) count: u32,
         pub(crate) pad0: u32,
         pub(crate) pad1: u32,
     }
 }
 
+/// Texels along each side of a map, and whether it has a pyramid.
+#[derive(Debug, Clone, Copy)]
+pub struct MapSizes {
+    resolution: u32,
+    pyramids: bool,
+}
+
 buffers! {
-    /// Buffers of one map of so many texels along each side, beside its surface.
-    pub struct MapBuffers for u32 {
+    /// Buffers of one map, beside its surface.
+    pub struct MapBuffers for MapSizes {
         /// One per texel.
-        texels: [Texel] = |n| u64::from(*n) * u64::from(*n);
-        /// Laid out as [`PyramidLayout`] says.
-        nodes: [Node] = |n| PyramidLayout::new([*n, *n]).len() as u64;
+        texels: [Texel] = |s| u64::from(s.resolution) * u64::from(s.resolution);
+        /// Laid out as [`PyramidLayout`] says; one without pyramids.
+        nodes: [Node] = |s| if s.pyramids { PyramidLayout::new([s.resolution; 2]).len() as u64 } else { 0 };
         /// The light in this map.
         map: LightMap;
     }
@@ -75,13 +82,20 @@ impl Maps {
     /// What `maps` maps of `resolution`² texels will allocate.
     #[must_use]
     pub fn plan(resolution: u32, maps: usize) -> Plan {
+        Self::plan_with(resolution, maps, true)
+    }
+
+    /// [`Self::plan`] with or without pyramids.
+    #[must_use]
+    pub fn plan_with(resolution: u32, maps: usize, pyramids: bool) -> Plan {
         let mut plan = Plan::new();
+        let sizes = MapSizes { resolution, pyramids };
         for _ in 0..maps {
-            plan = plan.and(GBufferTarget::plan([resolution; 2])).and(MapBuffers::plan(&resolution));
+            plan = plan.and(GBufferTarget::plan([resolution; 2])).and(MapBuffers::plan(&sizes));
         }
         plan.storage::<Node>("tops", maps as u64, BufferUsages::empty());
-        for _ in 1..PyramidLayout::new([resolution; 2]).levels.len() {
-            plan.uniform::<LevelPair>("levels");
+        for _ in dispatches(&PyramidLayout::new([resolution.max(1); 2])) {
+            plan.uniform::<PyramidLevels>("levels");
         }
         plan
     }
@@ -91,30 +105,32 @@ impl Maps {
     /// # Errors
     /// [`GpuError::Limit`], and [`GpuError::EmptySize`] for a resolution of 0.
     pub fn new(device: &Device, resolution: u32, maps: usize) -> Result<Self, GpuError> {
+        Self::with(device, resolution, maps, true)
+    }
+
+    /// [`Self::new`] with or without pyramids, for techniques that do not always run [`Self::pyramid`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn with(device: &Device, resolution: u32, maps: usize, pyramids: bool) -> Result<Self, GpuError> {
         let layout = PyramidLayout::new([resolution.max(1); 2]);
         let map = |_| {
             let surface = GBufferTarget::new(device, [resolution; 2])?;
-            Ok(MapResources { surface, buffers: MapBuffers::new(device, &resolution)? })
+            let buffers = MapBuffers::new(device, &MapSizes { resolution, pyramids })?;
+            Ok(MapResources { surface, buffers })
         };
-        let pair = |pair: &[crate::Level]| {
-            let (fine, coarse) = (pair[0], pair[1]);
-            let levels = LevelPair {
-                fine_offset: fine.offset,
-                fine_width: fine.size[0],
-                fine_height: fine.size[1],
-                coarse_offset: coarse.offset,
-                coarse_width: coarse.size[0],
-                coarse_height: coarse.size[1],
-                pad0: 0,
-                pad1: 0,
-            };
-            uniform_buffer(device, "levels", &levels)
+        let levels = |(first, count)| {
+            let mut uniform = PyramidLevels { first, count, ..PyramidLevels::zeroed() };
+            for (entry, l) in uniform.levels.iter_mut().zip(&layout.levels) {
+                *entry = [l.offset, l.size[0], l.size[1], 0];
+            }
+            uniform_buffer(device, "levels", &uniform)
         };
         Ok(Self {
             maps: (0..maps).map(map).collect::<Result<_, GpuError>>()?,
             tops: empty_storage_buffer::<Node>(device, "tops", maps as u64)?,
             resolution,
-            levels: layout.levels.windows(2).map(pair).collect(),
+            levels: dispatches(&layout).map(levels).collect(),
             layout,
         })
     }
@@ -162,25 +178,28 @@ impl Maps {
     /// # Errors
     /// As [`Self::flux`].
     pub fn pyramid(&self, pipelines: &Pipelines, pass: &mut Pass) -> Result<(), GpuError> {
+        let texels = self.layout.levels[0].len() as u64;
         for m in &self.maps {
-            let own = m.named();
-            let texels = self.layout.levels[0].len() as u64;
-            pass.compute(pipelines, (&RSM_PYRAMID, "pyramid_leaf"), texels, &[&own])?;
-            for (pair, level) in self.levels.iter().zip(&self.layout.levels[1..]) {
-                let levels = [named("levels", pair)];
+            pass.compute(pipelines, (&RSM_PYRAMID, "pyramid_leaf"), texels, &[&m.named()])?;
+        }
+        for (uniform, (first, _)) in self.levels.iter().zip(dispatches(&self.layout)) {
+            // A workgroup of 64 for each 8² nodes.
+            let [width, height] =
+                self.layout.levels[first as usize + 1].size.map(|n| u64::from(n.div_ceil(8)));
+            for m in &self.maps {
+                let own = [named("pyramid", uniform)];
                 pass.compute(
                     pipelines,
-                    (&RSM_PYRAMID, "pyramid_parent"),
-                    level.len() as u64,
-                    &[&own, &levels],
+                    (&RSM_PYRAMID, "pyramid_parents"),
+                    64 * width * height,
+                    &[&m.named(), &own],
                 )?;
             }
         }
         let node = size_of::<Node>() as u64;
-        pass.note("tops", true);
         for (i, m) in (0..).zip(&self.maps) {
             let last = (self.layout.len() as u64 - 1) * node;
-            pass.copy((&m.buffers.nodes, last), (&self.tops, i * node), node);
+            pass.copy("tops", (&m.buffers.nodes, last), (&self.tops, i * node), node);
         }
         Ok(())
     }
@@ -217,6 +236,14 @@ impl Maps {
     }
 }
 
+/// The finest level that each dispatch of `pyramid_parents` reads, and how many it makes.
+fn dispatches(layout: &PyramidLayout) -> impl Iterator<Item = (u32, u32)> + use<> {
+    let last = layout.levels.len() - 1;
+    (0..last)
+        .step_by(LEVELS_PER_DISPATCH)
+        .map(move |first| (first as u32, (last - first).min(LEVELS_PER_DISPATCH) as u32))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,7 +251,7 @@ mod tests {
 
     #[test]
     fn structs_lie_in_memory_as_in_wgsl() {
-        check::<LevelPair>(&RSM_PYRAMID).unwrap();
+        check::<PyramidLevels>(&RSM_PYRAMID).unwrap();
         check::<Texel>(&RSM_PYRAMID).unwrap();
         check::<Node>(&RSM_PYRAMID).unwrap();
         check::<LightMap>(&RSM_FLUX).unwrap();

@@ -8,5 +8,5 @@ mod maps;
 mod slots;
 
 pub use list::{CHUNK, VplList};
-pub use maps::{MapBuffers, MapResources, Maps};
+pub use maps::{MapBuffers, MapResources, MapSizes, Maps};
 pub use slots::{SlotBuffers, VplSlots};

@@ -10,8 +10,8 @@ use gltf::json::validation::Checked;
 use indirect_core::{AlphaMode, Material, Texture, TextureRef};
 use rayon::prelude::*;
 
-use super::LoadOptions;
 use super::file::{File, label};
+use super::options::LoadOptions;
 use super::texture::{self, Content, Request, Sharing};
 use super::warnings::Warnings;
 use crate::SceneLoadError;

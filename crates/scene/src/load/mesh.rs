@@ -10,9 +10,10 @@ use indirect_core::{Mesh, math};
 
 use super::accessor::Accessor;
 use super::file::{File, label};
+use super::loaded::LoadStats;
 use super::node::{Instance, unit};
+use super::options::LoadOptions;
 use super::warnings::Warnings;
-use super::{LoadOptions, LoadStats};
 use crate::SceneLoadError;
 
 /// The most primitives that the instances may add up to. Each is a draw call to other renderers and seldom has fewer than a

@@ -2,9 +2,11 @@
 
 mod accessor;
 mod file;
+mod loaded;
 mod material;
 mod mesh;
 mod node;
+mod options;
 mod texture;
 mod warnings;
 
@@ -18,51 +20,8 @@ use file::File;
 use mesh::MeshBuilder;
 use warnings::Warnings;
 
-/// How a file is read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct LoadOptions {
-    /// Textures are averaged down, in linear light, until neither side exceeds this many texels. Higher keeps more detail of
-    /// the albedo, lower saves memory; diffuse light transport sees averages. At least 1, default 256.
-    pub max_texture_size: u32,
-    /// Largest number of triangles, all instances counted; more is an error. Default 2²⁴, about 1.5 GB.
-    pub max_triangles: usize,
-}
-
-impl Default for LoadOptions {
-    fn default() -> Self {
-        Self { max_texture_size: 256, max_triangles: 1 << 24 }
-    }
-}
-
-/// What was left out on the way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub struct LoadStats {
-    /// Triangles without area in f32, or with a repeated vertex, that were dropped.
-    pub degenerate_triangles: usize,
-    /// Primitives of the meshes in the scene that hold points, lines or nothing; each counts once, however often it is placed.
-    pub skipped_primitives: usize,
-}
-
-/// A scene that passes [`Scene::validate`], and what the reader should know about it.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Loaded {
-    /// The scene, with at least one triangle, camera and light or emitter.
-    pub scene: Scene,
-    /// One line each: what was approximated, replaced or left out.
-    pub warnings: Vec<String>,
-    /// Counts.
-    pub stats: LoadStats,
-}
-
-impl From<Scene> for Loaded {
-    /// A scene that was built instead of read.
-    fn from(scene: Scene) -> Self {
-        Self { scene, warnings: Vec::new(), stats: LoadStats::default() }
-    }
-}
+pub use loaded::{LoadStats, Loaded};
+pub use options::LoadOptions;
 
 /// Reads a `.gltf` or `.glb` file: the nodes of its default scene, expanded into world space.
 ///

@@ -1,8 +1,8 @@
 //! One technique on one scene: what it models, where its error comes from, its passes and its twins.
 
-use super::super::chart::{bytes, escape, percent, time};
-use super::super::data::{Part, Run, SceneReport, TechniqueReport};
-use super::{power, put, signed, thousands};
+use super::chart::{bytes, escape, percent, time};
+use super::text::{power, put, signed, thousands};
+use crate::measure::{Part, Run, SceneReport, TechniqueReport};
 use crate::technique::Backend;
 use testkit::Deviation;
 

@@ -1,12 +1,12 @@
 //! One scene: its facts, the verdict, the budgets, and sections of their own for curve, pictures and techniques.
 
-use super::super::chart::{bytes, digits, escape, percent, time};
-use super::super::data::SceneReport;
-use super::{
-    baseline_time, curve::curve, error_cells, matched_cells, pictures::pictures, put, signed, technique,
-    thousands, title,
-};
+use super::chart::{bytes, digits, escape, percent, time};
+use super::curve::curve;
+use super::pictures::pictures;
+use super::technique;
+use super::text::{baseline_time, error_cells, matched_cells, put, signed, thousands, title};
 use crate::failure::Outcome;
+use crate::measure::SceneReport;
 use crate::technique::{Backend, REFERENCE};
 
 /// Frame times for which the page names a setting, milliseconds.

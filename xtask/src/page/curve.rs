@@ -1,8 +1,8 @@
 //! Error against time.
 
-use super::super::chart::{Axis, Chart, Marker, Point, Series, escape, percent, time};
-use super::super::data::{Run, SceneReport};
-use super::{put, title};
+use super::chart::{Axis, Chart, Marker, Point, Series, escape, percent, time};
+use super::text::{put, title};
+use crate::measure::{Run, SceneReport};
 use crate::technique::{Backend, REFERENCE};
 
 pub(super) fn curve(s: &mut String, scene: &SceneReport) {

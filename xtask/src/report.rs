@@ -1,22 +1,14 @@
 //! `report`: one page, self-contained, and its numbers as JSON and CSV.
 
-mod chart;
-mod consistency;
-mod data;
-mod measure;
-mod page;
-
 use std::fmt::Write;
-
-pub(crate) use chart::bytes;
-pub(crate) use measure::Effort;
 
 use crate::cli::ReportArgs;
 use crate::failure::{self, Failure, Outcome};
+use crate::measure::{self, Effort, Machine, Report, SceneReport};
+use crate::page::{self, bytes};
 use crate::stage::Source;
 use crate::technique::{self, Technique};
 use crate::{doctor, gpu, say, setup, warn};
-use data::{Machine, Report, SceneReport};
 
 /// The scene of a report without arguments.
 const DEFAULT_SCENE: &str = "cornell_spot";
@@ -67,7 +59,7 @@ pub(crate) fn run(args: &ReportArgs) -> Outcome {
         machine: machine(adapter),
         quick,
         scenes: measured,
-        consistency: Some(consistency::measure(quick)?),
+        consistency: Some(measure::consistency(quick)?),
         left_out,
     };
     let page = args.out.join("index.html");

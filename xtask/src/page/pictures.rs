@@ -1,9 +1,9 @@
 //! The pictures side by side, with what an eye notices between them.
 
-use super::super::chart::{digits, escape, time};
-use super::super::data::{Run, SceneReport};
-use super::{put, title};
+use super::chart::{digits, escape, time};
+use super::text::{put, title};
 use crate::failure::{Failure, Outcome};
+use crate::measure::{Run, SceneReport};
 use crate::technique::{Backend, REFERENCE};
 use indirect_metrics::{flip, palette};
 use indirect_scene::png;

@@ -1,40 +1,16 @@
-//! `check-layers`: the crates depend on each other only as docs/architecture.md draws it.
+//! Dependencies between the packages of the workspace, and those that a page draws.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
-
-use crate::failure::{Failure, Outcome};
+use cargo_metadata::{DependencyKind, Metadata};
 
 /// Packages that may use everything: the ones that compose the rest and are not published.
 const COMPOSERS: [&str; 2] = ["xtask", "testkit"];
 
-type Edges = BTreeSet<(String, String)>;
-
-pub(crate) fn run() -> Outcome {
-    let root = crate::root();
-    let picture = root.join("docs/architecture.md");
-    let text = std::fs::read_to_string(&picture).map_err(|e| Failure::file(&picture, e))?;
-    let allowed = drawn(&text);
-    if allowed.is_empty() {
-        return Err(Failure::file(&picture, "draws no edge `a --> b` inside a mermaid block"));
-    }
-    let found = edges(&root)?;
-    let wrong = undrawn(&found, &allowed);
-    if wrong.is_empty() {
-        crate::say(format!(
-            "{} dependencies between packages, all drawn in docs/architecture.md",
-            found.len()
-        ));
-        return Ok(());
-    }
-    let list: Vec<_> = wrong.iter().map(|(from, to)| format!("{from} -> {to}")).collect();
-    Err(Failure::Check(format!("docs/architecture.md does not draw these dependencies: {}", list.join(", "))))
-}
+pub(super) type Edges = BTreeSet<(String, String)>;
 
 /// The edges `a --> b` of the page's mermaid blocks.
-fn drawn(page: &str) -> Edges {
+pub(super) fn drawn(page: &str) -> Edges {
     let mut inside = false;
     let mut edges = Edges::new();
     for line in page.lines().map(str::trim) {
@@ -53,12 +29,7 @@ fn drawn(page: &str) -> Edges {
 
 /// Every dependency between packages of the workspace that the picture must draw: the normal and build dependencies of the
 /// packages that do not compose.
-fn edges(root: &Path) -> Outcome<Edges> {
-    let metadata = MetadataCommand::new()
-        .manifest_path(root.join("Cargo.toml"))
-        .no_deps()
-        .exec()
-        .map_err(|e| Failure::Check(format!("cargo metadata: {e}")))?;
+pub(super) fn edges(metadata: &Metadata) -> Edges {
     let members: BTreeMap<_, _> = metadata.packages.iter().map(|p| (p.name.to_string(), p)).collect();
     let mut edges = Edges::new();
     for (name, package) in members.iter().filter(|(name, _)| !COMPOSERS.contains(&name.as_str())) {
@@ -68,15 +39,17 @@ fn edges(root: &Path) -> Outcome<Edges> {
             }
         }
     }
-    Ok(edges)
+    edges
 }
 
-fn undrawn(found: &Edges, allowed: &Edges) -> Vec<(String, String)> {
+pub(super) fn undrawn(found: &Edges, allowed: &Edges) -> Vec<(String, String)> {
     found.difference(allowed).cloned().collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use cargo_metadata::MetadataCommand;
+
     use super::*;
 
     #[test]
@@ -92,7 +65,8 @@ mod tests {
 
     #[test]
     fn the_workspace_has_edges() {
-        let edges = edges(&crate::root()).unwrap();
-        assert!(edges.contains(&("indirect-metrics".to_owned(), "indirect-core".to_owned())));
+        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
+        let metadata = MetadataCommand::new().manifest_path(manifest).no_deps().exec().unwrap();
+        assert!(edges(&metadata).contains(&("indirect-metrics".to_owned(), "indirect-core".to_owned())));
     }
 }
