@@ -12,13 +12,10 @@ use crate::cpu::{
     occlusion::occlusion, reconstruct::reconstruct, sample::sample, stops::stops, upsample::upsample,
 };
 #[cfg(feature = "gpu")]
-use crate::{
-    gpu::for_each_map,
-    settings::{Sampling, Transport},
-};
+use crate::{gpu::for_each_map, settings::Transport};
 use crate::{
     output::{Output, RadianceHints},
-    settings::{Options, Params, Scale, Visibility},
+    settings::{Options, Params, Sampling, Scale, Visibility},
     setup::Setup,
 };
 
@@ -56,7 +53,7 @@ impl Technique for RadianceHints {
     }
 
     fn rows() -> Vec<Row<Self>> {
-        let mut rows = rsm::map_rows!(Self);
+        let mut rows = rsm::map_rows!(Self, |s| u32::from(s.options.sampling != Sampling::Disc));
         rows.extend(passes!(
             Self,
             [
