@@ -1,7 +1,7 @@
 //! What each entry point binds. Written by the test `bindings`, see the crate's page.
 
-use crate::BindingKind::{Read, ReadWrite, TextureFloat, TextureUint, Uniform};
-use crate::{Binding, BindingKind, EntryPoint};
+use crate::entry_point::BindingKind::{Read, ReadWrite, TextureFloat, TextureUint, Uniform};
+use crate::entry_point::{Binding, BindingKind, EntryPoint};
 
 const fn at(group: u32, binding: u32, name: &'static str, kind: BindingKind) -> Binding {
     Binding { group, binding, name, kind }

@@ -22,47 +22,9 @@ extern crate alloc;
 use alloc::string::String;
 
 mod bindings;
+mod entry_point;
 
-/// What an entry point binds at one place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Binding {
-    /// `@group`.
-    pub group: u32,
-    /// `@binding`.
-    pub binding: u32,
-    /// Name of the variable.
-    pub name: &'static str,
-    /// What it is.
-    pub kind: BindingKind,
-}
-
-/// What can be bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BindingKind {
-    /// `var<uniform>`.
-    Uniform,
-    /// `var<storage, read>`.
-    Read,
-    /// `var<storage, read_write>`.
-    ReadWrite,
-    /// `texture_2d<f32>`, not filtered.
-    TextureFloat,
-    /// `texture_2d<u32>`.
-    TextureUint,
-}
-
-/// An entry point as naga reflects it; a test of this crate holds the table against the sources.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EntryPoint {
-    /// Name of the [`Module`].
-    pub module: &'static str,
-    /// Name of the entry point.
-    pub name: &'static str,
-    /// Invocations of a workgroup; zeros for a vertex or fragment shader.
-    pub workgroup_size: [u32; 3],
-    /// All that it uses, by group and binding.
-    pub bindings: &'static [Binding],
-}
+pub use entry_point::{Binding, BindingKind, EntryPoint};
 
 /// A shader module: WGSL files that are concatenated, and the entry points that the result has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

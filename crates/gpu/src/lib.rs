@@ -1,27 +1,28 @@
 #![doc = include_str!("../README.md")]
 
+mod bindings;
 mod buffer;
 mod context;
 mod error;
 mod kernel;
 pub mod layout;
 mod pass;
+mod pipelines;
 mod plan;
 mod raster;
 mod scene;
 mod timer;
 
+pub use bindings::{Named, bind_group, bind_group_layout, named};
 pub use buffer::{empty_storage_buffer, read_buffer, read_range, storage_buffer, uniform_buffer};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
 pub use indirect_core::PassTime;
 pub use indirect_shaders as shaders;
-pub use kernel::{
-    Kernel, Named, Pipelines, bind_group, bind_group_layout, named, shader_module, workgroups_1d,
-    workgroups_2d,
-};
+pub use kernel::{Kernel, shader_module, workgroups_1d, workgroups_2d};
 pub use layout::{Vec3Pad, ViewUniform};
 pub use pass::{Pass, Use};
+pub use pipelines::Pipelines;
 pub use plan::Plan;
 pub use raster::{GBufferTarget, Raster};
 pub use scene::{SceneBuffers, scene_layout};

@@ -1,7 +1,7 @@
 use indirect_shaders::{BindingKind, Module};
 use wgpu::{BindGroup, BindingResource, Buffer, CommandEncoder, RenderPipeline, TextureView};
 
-use crate::kernel::find;
+use crate::bindings::find;
 use crate::{
     GBufferTarget, GpuError, Kernel, Named, PassTimer, Pipelines, Raster, SceneBuffers, workgroups_1d,
 };

@@ -6,7 +6,10 @@ use indirect_technique::cpu::{Fit, run};
 
 pub use indirect_technique::Frame;
 
-use crate::{Error, Options, Output, Params, RsmGather, Setup};
+use rsm::Error;
+
+use crate::passes::{Output, RsmGather};
+use crate::settings::{Options, Params, Setup};
 
 impl Fit for RsmGather {
     fn fit(_: &Accel<'_>, options: Options, params: Params) -> Result<Setup, Error> {

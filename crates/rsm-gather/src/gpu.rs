@@ -2,48 +2,18 @@
 
 use indirect_core::settings::Settings;
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
-use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, buffers};
-use rsm::Selection;
+use indirect_gpu::{GpuError, Named, Plan, Vec3Pad};
+use rsm::Error;
 use rsm::gpu::{Maps, VplList, VplSlots};
 
+pub use crate::buffers::{Buffers, ImageBuffers, Sizes};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
-use crate::{Error, RsmGather, Setup};
+use crate::passes::RsmGather;
+use crate::settings::Setup;
 
 /// Buffers and passes of the technique.
 pub type Resources = indirect_technique::gpu::Resources<RsmGather>;
-
-/// What the lengths of buffers follow from.
-#[derive(Debug, Clone, Copy)]
-pub struct Sizes {
-    pub(crate) pixels: u64,
-    resolution: u32,
-    maps: usize,
-    selection: Selection,
-}
-
-buffers! {
-    /// Buffers of the camera's pixels.
-    pub struct ImageBuffers for Sizes {
-        /// Irradiance, W/m², and 0.
-        irradiance: [Vec3Pad] = |s| s.pixels;
-        /// Indirect radiance that leaves each, W/(sr·m²), and 0.
-        image: [Vec3Pad] = |s| s.pixels;
-    }
-}
-
-/// All buffers.
-#[derive(Debug)]
-pub struct Buffers {
-    /// The maps.
-    pub rsm: Maps,
-    /// The VPLs that were drawn.
-    pub slots: VplSlots,
-    /// Those with flux.
-    pub list: VplList,
-    /// Irradiance and image.
-    pub own: ImageBuffers,
-}
 
 impl GpuTechnique for RsmGather {
     fn sizes(setup: &Setup, [width, height]: [u32; 2], maps: usize) -> Sizes {

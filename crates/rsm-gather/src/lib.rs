@@ -5,9 +5,11 @@ pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 
+#[cfg(feature = "gpu")]
+mod buffers;
 mod passes;
 mod settings;
 
-pub use passes::{Output, RsmGather, Setup};
+pub use passes::{Output, RsmGather};
 pub use rsm::{Error, Form, Select};
-pub use settings::{Options, Params};
+pub use settings::{Options, Params, Setup};

@@ -7,20 +7,11 @@ use indirect_technique::{Row, Technique, passes};
 use rsm::cpu::{Receivers, compact, gather, vpls};
 use rsm::{Error, Rsm, Vpl};
 
-use crate::{Options, Params};
+use crate::settings::{Options, Params, Setup};
 
 /// The technique.
 #[derive(Debug, Clone, Copy)]
 pub struct RsmGather;
-
-/// All settings.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Setup {
-    /// Fixed.
-    pub options: Options,
-    /// Per frame.
-    pub params: Params,
-}
 
 /// The indirect light of a frame and everything that was computed on the way.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,11 +35,11 @@ impl Technique for RsmGather {
     type Setup = Setup;
     type Output = Output;
     #[cfg(feature = "gpu")]
-    type Sizes = crate::gpu::Sizes;
+    type Sizes = crate::buffers::Sizes;
     #[cfg(not(feature = "gpu"))]
     type Sizes = ();
     #[cfg(feature = "gpu")]
-    type Buffers = crate::gpu::Buffers;
+    type Buffers = crate::buffers::Buffers;
     #[cfg(not(feature = "gpu"))]
     type Buffers = ();
     type Error = Error;

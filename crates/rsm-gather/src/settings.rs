@@ -32,3 +32,12 @@ indirect_core::settings! {
         pub seed: u32 = 0, 0..=u32::MAX;
     }
 }
+
+/// All settings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Setup {
+    /// Fixed.
+    pub options: Options,
+    /// Per frame.
+    pub params: Params,
+}

@@ -110,7 +110,10 @@ impl<R: Fn(&Path) -> Option<String>> Tree<R> {
             let added = if let Some((_, content)) = child.content {
                 self.add(Some(at), file, &within, content)?
             } else {
-                let candidates = [folder.join(format!("{name}.rs")), within.join("mod.rs")];
+                let mut candidates = vec![folder.join(format!("{name}.rs")), within.join("mod.rs")];
+                if let Some(path) = path_attribute(&child.attrs) {
+                    candidates = vec![joined(file.parent().unwrap_or(file), &path)];
+                }
                 let read = candidates.iter().find_map(|f| Some((f, (self.read)(f)?)));
                 let (file, text) =
                     read.ok_or_else(|| format!("{}: no file for `mod {name}`", file.display()))?;
@@ -465,6 +468,30 @@ fn attributes(item: &Item) -> &[Attribute] {
 }
 
 /// Whether only tests have it: `#[cfg(test)]`, or `test` among what `all` names.
+/// The value of `#[path = "…"]`.
+fn path_attribute(attributes: &[Attribute]) -> Option<String> {
+    attributes.iter().find_map(|a| match &a.meta {
+        Meta::NameValue(pair) if pair.path.is_ident("path") => match &pair.value {
+            syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. }) => Some(text.value()),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
+/// `path`, which may begin with `..`, below `folder`.
+fn joined(folder: &Path, path: &str) -> PathBuf {
+    let mut out = folder.to_owned();
+    for part in path.split('/') {
+        if part == ".." {
+            out.pop();
+        } else {
+            out.push(part);
+        }
+    }
+    out
+}
+
 fn for_tests(attributes: &[Attribute]) -> bool {
     fn needs_test(condition: &Meta) -> bool {
         match condition {

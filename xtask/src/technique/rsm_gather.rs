@@ -19,7 +19,7 @@ impl Adapter for Gather {
     const TWINS: &'static [(&'static str, &'static [&'static str])] = &[
         ("", &["resolution=128"]),
         ("grid: ", &["resolution=64", "select=grid", "cells=16", "form=point"]),
-        ("all: ", &["resolution=32", "select=all"]),
+        ("all: ", &["resolution=64", "select=all"]),
     ];
 
     fn sweep(quick: bool) -> Vec<Vec<Vec<String>>> {

@@ -2,16 +2,17 @@
 //! tools.
 
 mod both;
-mod exchange;
+pub(crate) mod exchange;
 
 use indirect_core::settings::BadOption;
 use indirect_core::{Light, MapView, View};
-use indirect_gpu::shaders::Module;
 use indirect_gpu::wgpu::{Buffer, CommandEncoder, Device, Limits, Queue};
 use indirect_gpu::{GBufferTarget, GpuError, Named, Pass, PassTimer, Pipelines, Plan, SceneBuffers};
 
 pub use both::{Backend, camera_twins, run_both, run_both_after, twins};
 pub use exchange::{Data, Exchange, Twin};
+
+pub use crate::technique::Build;
 
 use crate::Technique;
 
@@ -65,59 +66,6 @@ pub struct Inputs<'a> {
     pub views: &'a [MapView],
     /// The camera.
     pub camera: &'a View,
-}
-
-/// What a row is given to add its steps.
-pub struct Build<'a, T: Technique> {
-    /// Pipelines by module and entry point.
-    pub pipelines: &'a Pipelines,
-    /// For what is written once.
-    pub queue: &'a Queue,
-    /// Lengths of the buffers.
-    pub sizes: &'a T::Sizes,
-    /// The buffers.
-    pub buffers: &'a T::Buffers,
-    /// Settings, and what was fitted to the scene.
-    pub setup: &'a T::Setup,
-    /// What the camera sees.
-    pub camera: &'a GBufferTarget,
-    named: Vec<Named<'a>>,
-}
-
-impl<T: Technique> Build<'_, T> {
-    /// [`Pass::compute`] with the technique's named buffers, behind which `own` are looked up first.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn compute(
-        &self,
-        pass: &mut Pass,
-        entry: (&Module, &'static str),
-        invocations: u64,
-        own: &[Named<'_>],
-    ) -> Result<(), GpuError> {
-        pass.compute(self.pipelines, entry, invocations, &[&self.named, own])
-    }
-
-    /// [`Pass::compute_indirect`], likewise.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn compute_indirect(
-        &self,
-        pass: &mut Pass,
-        entry: (&Module, &'static str),
-        arguments: (&Buffer, u64),
-        own: &[Named<'_>],
-    ) -> Result<(), GpuError> {
-        pass.compute_indirect(self.pipelines, entry, arguments, &[&self.named, own])
-    }
-
-    /// What kernels bind by name where a pass does not say otherwise: the technique's buffers.
-    #[must_use]
-    pub fn named(&self) -> &[Named<'_>] {
-        &self.named
-    }
 }
 
 /// Buffers and passes of a technique for one image size and number of maps; every intermediate result can be read back.
