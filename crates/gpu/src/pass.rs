@@ -29,7 +29,7 @@ pub struct Use {
 #[derive(Debug)]
 enum Step {
     Compute { kernel: Kernel, group: BindGroup, workgroups: Workgroups },
-    Surface { raster: Raster, target: GBufferTarget },
+    Surface(Box<(Raster, GBufferTarget)>),
     Draw { pipeline: RenderPipeline, group: BindGroup, target: TextureView, arguments: Buffer, offset: u64 },
     Copy { from: Buffer, from_offset: u64, to: Buffer, to_offset: u64, bytes: u64 },
 }
@@ -130,7 +130,7 @@ impl Pass {
                 self.note(name, found.buffer, true);
             }
         }
-        self.steps.push(Step::Surface { raster: pipelines.raster().clone(), target: target.clone() });
+        self.steps.push(Step::Surface(Box::new((pipelines.raster().clone(), target.clone()))));
     }
 
     /// Adds an indirect draw with the arguments at byte `offset` of `arguments`, into a target that is cleared to 0 before.
@@ -184,13 +184,13 @@ impl Pass {
                         }
                     }
                 }),
-                Step::Surface { raster, .. } => {
+                Step::Surface(first) => {
                     let targets = run.iter().filter_map(|s| match s {
-                        Step::Surface { target, .. } => Some(target),
+                        Step::Surface(surface) => Some(&surface.1),
                         _ => None,
                     });
                     if let Some(scene) = scene {
-                        raster.encode(encoder, timer, self.name, scene, targets);
+                        first.0.encode(encoder, timer, self.name, scene, targets);
                     }
                 }
                 Step::Draw { .. } => {
