@@ -58,11 +58,20 @@ struct LevelPair {
     pad1: u32,
 }
 
-/// One map among all.
+/// Maps whose patches and branches share buffers: as many as a storage binding of any device holds.
+struct Part {
+    first_map: u32,
+    maps: u32,
+    /// Its first branch and the one past its end.
+    first: u32,
+    end: u32,
+}
+
+/// One map.
 struct MapIndex {
+    /// Among all, and within its part.
     map: u32,
-    /// First branch of the part of the tree that holds this map's.
-    first_branch: u32,
+    in_part: u32,
     pad0: u32,
     pad1: u32,
 }
@@ -111,7 +120,8 @@ struct Lengths {
     /// Branches of each map, and those of them that are no texels.
     branches: u32,
     coarse_branches: u32,
-    pad0: u32,
+    /// Patches of each map that are no texels.
+    patches: u32,
     /// Width and height of the target of splats.
     splats: vec2<u32>,
 }
