@@ -212,19 +212,19 @@ modules! {
         "sampling/mapping.wgsl", "rsm/layout.wgsl", "radiance_hints/layout.wgsl",
         "radiance_hints/sample.wgsl", "radiance_hints/near.wgsl",
     ] => ["sample_importance", "sample_disc", "sample_near"];
-    /// What stands between hints and samples; twin of `radiance_hints::cpu::occlusion`.
+    /// Occlusion between hints and samples; twin of `radiance_hints::cpu::occlusion`.
     RADIANCE_HINTS_OCCLUSION = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "radiance_hints/layout.wgsl",
         "radiance_hints/look.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/occlusion.wgsl",
     ] => ["occlusion_depths", "occlusion_rsm", "occlusion_camera"];
-    /// What ends the directions of later bounces; twin of `radiance_hints::cpu::stops`.
+    /// Hit distances of the directions of later bounces; twin of `radiance_hints::cpu::stops`.
     RADIANCE_HINTS_STOPS = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
         "radiance_hints/layout.wgsl", "radiance_hints/depths.wgsl",
         "radiance_hints/directions.wgsl", "radiance_hints/stops.wgsl",
     ] => ["stop_directions"];
-    /// The first bounce that hints see; twin of `radiance_hints::cpu::estimate`.
+    /// The first bounce at the hints; twin of `radiance_hints::cpu::estimate`.
     RADIANCE_HINTS_ESTIMATE = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/look.wgsl",
         "radiance_hints/estimate.wgsl",

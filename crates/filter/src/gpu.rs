@@ -1,5 +1,5 @@
-//! What binds the filters on wgpu. `shade` and `bilateral` need nothing of their own: their names are those of the G-buffer and of
-//! the technique's images.
+//! What binds the filters on wgpu. `shade` and `bilateral` need nothing of their own: their names are those of the G-buffer
+//! and of the technique's images.
 
 use bytemuck::{Pod, Zeroable};
 use indirect_core::View;
@@ -22,7 +22,7 @@ buffers! {
     pub struct SmoothBuffers for u64 {
         /// Smoothed irradiance per pixel, W/m², and view depth, metres.
         smoothed: [Vec3Pad] = |pixels| *pixels;
-        /// The same of the frame before; 0 before the first, which looks back at nothing.
+        /// The same of the frame before; all 0 before the first frame, which is not blended.
         history: [Vec3Pad] = |pixels| *pixels;
         /// The camera of the present frame.
         present_view: [ViewUniform] = |_| 1;
@@ -53,8 +53,8 @@ impl SmoothBuffers {
         }
     }
 
-    /// Adds `smooth`: [`Self::smoothed`](field@Self::smoothed) from what `lists` bind as `irradiance`, `positions` and `normals`, one
-    /// `vec4<f32>` per pixel; then keeps it for the next frame.
+    /// Adds `smooth`: [`Self::smoothed`](field@Self::smoothed) from what `lists` bind as `irradiance`, `positions` and
+    /// `normals`, one `vec4<f32>` per pixel; then keeps it for the next frame.
     ///
     /// # Errors
     /// [`GpuError::Limit`] for more pixels than a dispatch can have, [`GpuError::Unbound`] where one of the names is missing.

@@ -1,7 +1,7 @@
 use glam::{Vec3, Vec4};
 use indirect_core::View;
 
-/// A frame's smoothed irradiance and what reprojects it: what the next frame looks back at.
+/// A frame's smoothed irradiance and the view and depth that reproject it into the next frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
     /// The frame's camera.

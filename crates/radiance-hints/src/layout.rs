@@ -14,7 +14,7 @@ wgsl_struct! {
         pub first: u32,
         /// Edges of a cell, metres, each `> 0`.
         pub cell: Vec3,
-        /// Number of the box at whose border later bounces of its hints begin: the last that contains this one.
+        /// Number of the box at whose border the directions of its hints' later bounces end: the last that contains this one.
         pub room: u32,
         /// Cells along each axis, each at least 1.
         pub resolution: UVec3,
@@ -61,8 +61,8 @@ wgsl_struct! {
 }
 
 wgsl_struct! {
-    /// The region of a map around a hint's own projection, which is sampled node by node of the map's pyramid (stratified) instead
-    /// of at random. 32 bytes.
+    /// The region of a map around a hint's own projection, which is sampled node by node of the map's pyramid (stratified)
+    /// instead of at random. 32 bytes.
     #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
     pub struct Window = "Window" {
         /// Its first texel along both axes.
@@ -81,16 +81,16 @@ wgsl_struct! {
 }
 
 wgsl_struct! {
-    /// The mean albedo of the lit surfaces that a hint sees, and the range of their distances; kept only where there is more than
-    /// one bounce. 20 bytes.
+    /// The mean albedo of the lit surfaces that a hint sees, and the range of their distances; kept only where there is more
+    /// than one bounce. 20 bytes.
     #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
     pub struct Surroundings = "Surroundings" {
         /// Mean albedo, `[0, 1]`: reflected over incident flux, weighted as the hint sees it.
         pub albedo: [f32; 3],
         /// Distance to the nearest sample whose lit side it sees, metres; 0 for a hint that sees none.
         pub r_min: f32,
-        /// Distance to the farthest of them, metres; 0 for a hint that sees none, which is inside of an object or outside of the
-        /// room: later bounces do not read it.
+        /// Distance to the farthest of them, metres; 0 for a hint that sees none, inside of an object or outside of the room:
+        /// later bounces do not read it.
         pub r_max: f32,
     }
 }

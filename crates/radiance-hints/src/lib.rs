@@ -6,13 +6,14 @@ pub mod cpu;
 pub mod gpu;
 pub mod layout;
 
+mod output;
 mod passes;
 mod settings;
 mod setup;
 mod volume;
 
 pub use layout::{Near, Sample, Surroundings, Volume, Window};
-pub use passes::{Output, RadianceHints};
+pub use output::{Output, RadianceHints};
 pub use rsm::Error;
 pub use settings::{
     Options, Order, Params, Reconstruction, Sampling, Scale, Surround, Transport, Visibility,

@@ -1,15 +1,10 @@
-use glam::{Vec3, Vec4};
 use indirect_core::Image;
-use indirect_filter::History;
 #[cfg(feature = "cpu")]
-use indirect_filter::{
-    Reduced,
-    cpu::{shade, smooth},
-};
+use indirect_filter::cpu::{shade, smooth};
 #[cfg(feature = "gpu")]
 use indirect_gpu::{named, shaders};
 use indirect_technique::{Row, Technique, passes};
-use rsm::{Error, Rsm};
+use rsm::Error;
 
 #[cfg(feature = "cpu")]
 use crate::cpu::{
@@ -17,44 +12,12 @@ use crate::cpu::{
     occlusion::occlusion, reconstruct::reconstruct, sample::sample, stops::stops, upsample::upsample,
 };
 #[cfg(feature = "gpu")]
-use crate::settings::{Sampling, Transport};
+use crate::{gpu::for_each_map, settings::Transport};
 use crate::{
-    layout::{Near, Sample, Surroundings},
-    settings::{Options, Params, Scale, Visibility},
+    output::{Output, RadianceHints},
+    settings::{Options, Params, Sampling, Scale, Visibility},
     setup::Setup,
 };
-
-/// The technique.
-#[derive(Debug, Clone, Copy)]
-pub struct RadianceHints;
-
-/// The indirect light of a frame and everything that was computed on the way.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Output {
-    /// The maps.
-    pub rsm: Rsm,
-    /// The lists of samples, one after the other.
-    pub samples: Vec<Sample>,
-    /// The windows and their samples; empty for other samplings than [`Sampling::Nearby`].
-    pub near: Near,
-    /// What stands between hints and samples, see [`occlusion`](crate::cpu::occlusion()); empty where nothing is tested.
-    pub blocked: Vec<u32>,
-    /// Where directions of later bounces end, see [`stops`](crate::cpu::stops()); empty where nothing is tested.
-    pub stops: Vec<u32>,
-    /// The hints after each bounce, W/(sr·m²): [`Order::vectors`](crate::Order::vectors) vectors each, see
-    /// [`pack`](crate::cpu::pack).
-    pub bounces: Vec<Vec<Vec4>>,
-    /// The albedo around each hint; empty for one bounce.
-    pub surroundings: Vec<Surroundings>,
-    /// Irradiance per texel of the reduced image, W/m²; empty at full resolution.
-    pub low: Vec<Vec3>,
-    /// Irradiance per pixel, W/m².
-    pub irradiance: Vec<Vec3>,
-    /// What the next frame is blended with; none where nothing is smoothed.
-    pub history: Option<History>,
-    /// Indirect radiance that leaves each pixel, W/(sr·m²); 0 where the camera sees nothing.
-    pub image: Image,
-}
 
 #[cfg(feature = "cpu")]
 impl Output {
@@ -76,11 +39,11 @@ impl Technique for RadianceHints {
     type Setup = Setup;
     type Output = Output;
     #[cfg(feature = "gpu")]
-    type Sizes = crate::gpu::buffers::Sizes;
+    type Sizes = crate::gpu::Sizes;
     #[cfg(not(feature = "gpu"))]
     type Sizes = ();
     #[cfg(feature = "gpu")]
-    type Buffers = crate::gpu::buffers::Buffers;
+    type Buffers = crate::gpu::Buffers;
     #[cfg(not(feature = "gpu"))]
     type Buffers = ();
     type Error = Error;
@@ -90,7 +53,7 @@ impl Technique for RadianceHints {
     }
 
     fn rows() -> Vec<Row<Self>> {
-        let mut rows = rsm::map_rows!(Self);
+        let mut rows = rsm::map_rows!(Self, |s| u32::from(s.options.sampling != Sampling::Disc));
         rows.extend(passes!(
             Self,
             [
@@ -98,8 +61,9 @@ impl Technique for RadianceHints {
                     name: "sample",
                     times: |_| 1,
                     cpu: |f, o, _| {
-                        // What later passes need not overwrite.
+                        // What later passes need not overwrite; the history ends where nothing is smoothed.
                         (o.near, o.blocked, o.stops, o.low) = Default::default();
+                        o.history = o.history.take().filter(|_| f.setup.options.smoothing > 0.0);
                         o.samples = sample(&o.rsm, &f.setup.lattice, &f.setup.draw());
                     },
                     gpu: |b, pass, _| {
@@ -107,10 +71,7 @@ impl Technique for RadianceHints {
                             Sampling::Importance | Sampling::Nearby => "sample_importance",
                             Sampling::Disc => "sample_disc",
                         };
-                        (0..b.sizes.maps).try_for_each(|i| {
-                            let own = b.buffers.of_map(i);
-                            b.compute(pass, (&shaders::RADIANCE_HINTS_SAMPLE, entry), b.sizes.slots, &own)
-                        })
+                        for_each_map(b, pass, (&shaders::RADIANCE_HINTS_SAMPLE, entry), b.sizes.slots)
                     },
                     data: |b, o, x, _| x.elements("", &b.own.samples, 0, &mut o.samples),
                 },
@@ -119,10 +80,8 @@ impl Technique for RadianceHints {
                     times: |s| u32::from(s.draw().near() > 0),
                     cpu: |f, o, _| o.near = near(&o.rsm, &f.setup.lattice, &f.setup.draw()),
                     gpu: |b, pass, _| {
-                        (0..b.sizes.maps).try_for_each(|i| {
-                            let (entry, own) = ("sample_near", b.buffers.of_map(i));
-                            b.compute(pass, (&shaders::RADIANCE_HINTS_SAMPLE, entry), b.sizes.hints, &own)
-                        })
+                        let entry = (&shaders::RADIANCE_HINTS_SAMPLE, "sample_near");
+                        for_each_map(b, pass, entry, b.sizes.hints)
                     },
                     data: |b, o, x, _| b.exchange_near(o.samples.len(), &mut o.near, x),
                 },
@@ -142,10 +101,7 @@ impl Technique for RadianceHints {
                             b.compute(pass, copy, b.sizes.pixels, &[b.buffers.current(0)])?;
                             ("occlusion_camera", &b.buffers.own.camera)
                         } else {
-                            let texels = u64::from(b.setup.options.resolution).pow(2);
-                            for i in 0..b.sizes.maps {
-                                b.compute(pass, copy, texels, &b.buffers.of_map(i))?;
-                            }
+                            for_each_map(b, pass, copy, u64::from(b.setup.options.resolution).pow(2))?;
                             ("occlusion_rsm", &b.buffers.own.views)
                         };
                         b.compute(pass, (module, entry), b.sizes.blocked_words(), &[named("views", views)])
@@ -192,60 +148,45 @@ impl Technique for RadianceHints {
                         o.bounces.push(next);
                     },
                     gpu: |b, pass, i| {
-                        let (first, last, next) =
-                            (b.buffers.field(1), b.buffers.field(i + 1), b.buffers.field(i + 2));
+                        let [first, last, next] = [1, i + 1, i + 2].map(|number| b.buffers.field(number));
                         let (entry, base) = match b.setup.options.transport {
                             Transport::Directions => ("bounce_directions", first),
                             Transport::Sphere => ("bounce_sphere", first),
                             Transport::SphereAsPrinted => ("bounce_sphere_as_printed", last),
                         };
-                        let own = [
-                            named("hints", last),
-                            named("base", base),
-                            named("next", next),
-                            b.buffers.current(i as usize + 2),
-                        ];
+                        let (hints, number) = (named("hints", last), b.buffers.current(i as usize + 2));
+                        let own = [hints, named("base", base), named("next", next), number];
                         b.compute(pass, (&shaders::RADIANCE_HINTS_BOUNCE, entry), b.sizes.hints, &own)
                     },
                     data: |b, o, x, i| {
-                        let (name, hints) =
-                            (format!("hints after bounce {}", i + 2), &mut o.bounces[i as usize + 1]);
-                        x.floats(&name, b.field(i + 2), hints, b.floats());
+                        let (number, hints) = (i + 2, &mut o.bounces[i as usize + 1]);
+                        x.floats(&format!("hints after bounce {number}"), b.field(number), hints, b.floats());
                     },
                 },
                 Row {
                     name: "reconstruct",
                     times: |_| 1,
                     cpu: |f, o, _| {
-                        let reduced = Reduced::new(f.camera.size, f.setup.options.scale.step());
-                        let e =
-                            reconstruct(&o.field(f.setup), f.camera, &reduced, f.setup.params.reconstruct);
+                        let (reduced, form) = (f.setup.reduced(f.camera.size), f.setup.params.reconstruct);
+                        let e = reconstruct(&o.field(f.setup), f.camera, &reduced, form);
                         *(if reduced.step == 1 { &mut o.irradiance } else { &mut o.low }) = e;
                     },
                     gpu: |b, pass, _| {
-                        let own = &b.buffers.own;
-                        let full = b.setup.options.scale == Scale::Full;
-                        let low = named("low", if full { &own.irradiance } else { &own.low });
-                        let entry = (&shaders::RADIANCE_HINTS_RECONSTRUCT, "reconstruct");
-                        let texels = b.sizes.reduced.texels().into();
-                        b.compute(pass, entry, texels, &[named("hints", b.buffers.last_field()), low])
+                        let own = [named("hints", b.buffers.last_field()), named("low", b.buffers.low())];
+                        let (module, texels) =
+                            (&shaders::RADIANCE_HINTS_RECONSTRUCT, b.sizes.reduced.texels());
+                        b.compute(pass, (module, "reconstruct"), texels.into(), &own)
                     },
                     data: |b, o, x, _| {
-                        let full = o.low.is_empty();
-                        let (buffer, e) = if full {
-                            (&b.own.irradiance, &mut o.irradiance)
-                        } else {
-                            (&b.own.low, &mut o.low)
-                        };
-                        x.vectors("irradiance", buffer, 0, e);
+                        let e = if o.low.is_empty() { &mut o.irradiance } else { &mut o.low };
+                        x.vectors("irradiance", b.low(), 0, e);
                     },
                 },
                 Row {
                     name: "upsample",
                     times: |s| u32::from(s.options.scale != Scale::Full),
                     cpu: |f, o, _| {
-                        let reduced = Reduced::new(f.camera.size, f.setup.options.scale.step());
-                        let form = f.setup.params.reconstruct;
+                        let (reduced, form) = (f.setup.reduced(f.camera.size), f.setup.params.reconstruct);
                         o.irradiance = upsample(&o.field(f.setup), f.camera, &reduced, &o.low, form);
                     },
                     gpu: |b, pass, _| {
@@ -262,24 +203,23 @@ impl Technique for RadianceHints {
                         o.history = Some(smooth(&o.irradiance, (f.view, f.camera), past, share));
                     },
                     gpu: |b, pass, _| b.buffers.smooth.smooth(b.pipelines, pass, b.sizes.pixels, b.named()),
-                    data: |b, o, x, _| b.exchange_smoothed(&mut o.history, x),
+                    data: |b, o, x, _| {
+                        let pixels = o.history.as_mut().map_or(&mut [][..], |h| &mut h.pixels);
+                        x.floats("irradiance and depth", &b.smooth.smoothed, pixels, 4);
+                    },
                 },
                 Row {
                     name: "shade",
                     times: |_| 1,
                     cpu: |f, o, _| {
-                        let smoothed = o.history.as_ref().filter(|_| f.setup.options.smoothing > 0.0);
-                        o.image = match smoothed {
+                        o.image = match &o.history {
                             Some(history) => shade(f.camera, &history.irradiance()),
                             None => shade(f.camera, &o.irradiance),
                         };
                     },
                     gpu: |b, pass, _| {
-                        let smoothed = b.setup.options.smoothing > 0.0;
-                        let (smooth, own) = (&b.buffers.smooth, &b.buffers.own);
-                        let e = if smoothed { &smooth.smoothed } else { &own.irradiance };
-                        let entry = (&shaders::FILTER_SHADE, "shade");
-                        b.compute(pass, entry, b.sizes.pixels, &[named("irradiance", e)])
+                        let own = [named("irradiance", b.buffers.shaded())];
+                        b.compute(pass, (&shaders::FILTER_SHADE, "shade"), b.sizes.pixels, &own)
                     },
                     data: |b, o, x, _| x.image("image", &b.own.image, &mut o.image),
                 },
@@ -293,48 +233,13 @@ impl Technique for RadianceHints {
     }
 
     fn output_bytes(o: &Output) -> u64 {
-        let samples =
-            size_of_val(&o.samples[..]) + size_of_val(&o.near.samples[..]) + size_of_val(&o.near.windows[..]);
         let hints: usize = o.bounces.iter().map(|b| size_of_val(&b[..])).sum();
-        let words =
-            size_of_val(&o.blocked[..]) + size_of_val(&o.stops[..]) + size_of_val(&o.surroundings[..]);
+        let history = o.history.as_ref().map_or(0, |h| size_of_val(&h.pixels[..]));
+        let samples = size_of_val(&o.samples[..]) + size_of_val(&o.near.samples[..]);
+        let of_hints = hints + size_of_val(&o.near.windows[..]) + size_of_val(&o.surroundings[..]);
+        let words = size_of_val(&o.blocked[..]) + size_of_val(&o.stops[..]);
         let images =
             size_of_val(&o.low[..]) + size_of_val(&o.irradiance[..]) + size_of_val(&o.image.pixels[..]);
-        let history = o.history.as_ref().map_or(0, |h| size_of_val(&h.pixels[..]));
-        (o.rsm.bytes() + samples + hints + words + images + history) as u64
-    }
-}
-
-#[cfg(all(feature = "cpu", feature = "gpu"))]
-impl crate::gpu::buffers::Buffers {
-    /// Names the results of `near`, whose samples lie behind the `lists` of those of the lists. Where a hint's projection grazes a
-    /// texel's border its window may be another: counted, and with other samples.
-    fn exchange_near(&self, lists: usize, near: &mut Near, x: &mut indirect_technique::gpu::Exchange<'_>) {
-        let place = |w: &crate::Window| (w.first, w.end, w.map);
-        let windows: Vec<crate::Window> = x.read(&self.own.windows, 0, near.windows.len());
-        let same: Vec<bool> = near.windows.iter().zip(&windows).map(|(a, b)| place(a) == place(b)).collect();
-        let count = near.samples.len() / near.windows.len().max(1);
-        let samples: Vec<Sample> = x.read(&self.own.samples, lists, near.samples.len());
-        // A hint without a window keeps the samples of one that it had.
-        let stale = |i: usize| {
-            near.windows[i / count].first == near.windows[i / count].end && samples[i] != near.samples[i]
-        };
-        let of_samples = (0..samples.len()).map(|i| same[i / count] && !stale(i)).collect();
-        x.same(Some(same));
-        x.elements("window", &self.own.windows, 0, &mut near.windows);
-        x.same(Some(of_samples));
-        x.elements("", &self.own.samples, lists, &mut near.samples);
-        x.same(None);
-    }
-
-    /// Names the result of `smooth`.
-    fn exchange_smoothed(
-        &self,
-        history: &mut Option<History>,
-        x: &mut indirect_technique::gpu::Exchange<'_>,
-    ) {
-        if let Some(h) = history {
-            x.floats("irradiance and depth", &self.smooth.smoothed, &mut h.pixels, 4);
-        }
+        (o.rsm.bytes() + samples + of_hints + words + images + history) as u64
     }
 }

@@ -2,7 +2,7 @@ use indirect_core::{choice, settings};
 use rsm::MAX_RESOLUTION;
 
 choice! {
-    /// How many spherical harmonics a hint stores per channel.
+    /// How many spherical harmonics a hint (an irradiance probe) stores per channel.
     pub enum Order {
         /// `l ≤ 1`: 4 coefficients, 48 bytes a hint.
         Two = "2",
@@ -28,14 +28,14 @@ choice! {
     /// Which texels of the maps a hint takes as samples.
     pub enum Sampling {
         /// As [`Sampling::Importance`], but a hint close to a lit surface spends about half of its samples on the texels around
-        /// its own projection into the map, one in each node of a window of the map's pyramid, and the others on all that lies
-        /// outside of it: what is near is not left to chance. Keeps 64 bytes for each of [`Draw::near`](crate::Draw::near)
+        /// its own projection into the map, one in each node of a window of the map's pyramid (stratified), and the others on
+        /// all that lies outside of the window. Keeps 64 bytes for each of [`Draw::near`](crate::Draw::near)
         /// samples of each hint, and 32 more.
         #[default]
         Nearby = "nearby",
-        /// Texels of all maps, with a probability in proportion to the luminance of the flux that they reflect: no sample falls on an
-        /// unlit texel, several maps share the samples by their power, and a sample drawn with probability `p` stands for
-        /// `1/(p·N_s)` texels. Unbiased: the expected sum is that over all texels.
+        /// Texels of all maps, with a probability in proportion to the luminance of the flux that they reflect: no sample
+        /// falls on an unlit texel, several maps share the samples by their power, and a sample drawn with probability `p`
+        /// stands for `1/(p·N_s)` texels. Unbiased: the expected sum is that over all texels.
         Importance = "importance",
         /// As printed (§4): in each map, the samples fall evenly into a disc around the hint's own projection, which takes the
         /// share [`Params::disc`] of the map's area; a sample stands for `c·M/N_s` of the `M` texels. Light from outside of the
@@ -45,13 +45,13 @@ choice! {
 }
 
 choice! {
-    /// What blocks the way between a sample and a hint. The paper's method has nothing: the first bounce passes through walls.
+    /// What occludes a sample from a hint. The paper's method tests nothing: the first bounce passes through walls.
     pub enum Visibility {
         /// Nothing does.
         Off = "off",
-        /// The maps' own depth decides: where the segment passes from before a lit surface to behind it, it is blocked; where it
-        /// enters a shadow through its side, it is not. Directions of later bounces ([`Transport::Directions`]) end there too.
-        /// Needs no geometry and does not depend on the camera; a wall that no light sees stays open.
+        /// The maps' own depth decides: where the segment passes from before a lit surface to behind it, it is blocked;
+        /// where it enters a shadow through its side, it is not. Directions of later bounces ([`Transport::Directions`]) end
+        /// there too. Needs no geometry and does not depend on the camera; a wall that no light sees stays open.
         #[default]
         RsmDepth = "rsm-depth",
         /// §8 as printed: each point of the segment that lies behind the camera's depth halves the sample's light. Depends on
@@ -63,16 +63,16 @@ choice! {
 choice! {
     /// How light goes from hint to hint in the second and later bounces.
     pub enum Transport {
-        /// Directions evenly over the sphere, each followed to where the lattice's box ends, where indoors the walls are. Each
-        /// direction has the same weight, however near the hint is to a wall.
+        /// Directions uniform over the sphere, each followed to the border of the lattice's box, where indoors the walls
+        /// are. Each direction has the same weight, however near the hint is to a wall.
         #[default]
         Directions = "directions",
-        /// The paper's places, evenly in a sphere of the radius [`Params::range`], with the weighted mean that eq. 8 and 9 mean,
-        /// Neumann accumulation and the hints' albedo. Directions are as even as the places: near a wall all light comes from one
-        /// side.
+        /// The paper's points, uniform in a ball of the radius [`Params::range`], with the weighted mean that eq. 8 and 9
+        /// intend, the bounces added up as a Neumann series, and the hints' albedo. Only points within the lattice count:
+        /// near a wall all light comes from one side.
         Sphere = "sphere",
-        /// Eq. 8 to 10 as printed: weights that are normalised twice (too dark by about `1/N_b`), the running total as source of
-        /// the next bounce, and white reflectance.
+        /// Eq. 8 to 10 as printed: weights that are normalised twice (too dark by about `1/N_b`), the running total as
+        /// source of the next bounce, and white reflectance.
         SphereAsPrinted = "sphere-as-printed",
     }
 }
@@ -83,8 +83,8 @@ choice! {
         /// Rays, once per scene: see [`Enclosure`](crate::Enclosure).
         #[default]
         Measured = "measured",
-        /// The maps alone: every side counts as a wall of the lit surfaces' mean albedo, and later bounces are too bright where a
-        /// side is open or what no light reaches is darker.
+        /// The maps alone: every side counts as a wall of the lit surfaces' mean albedo, and later bounces are too bright
+        /// where a side is open or what no light reaches is darker.
         Maps = "maps",
     }
 }
@@ -92,12 +92,12 @@ choice! {
 choice! {
     /// Where a pixel reads the field.
     pub enum Reconstruction {
-        /// Close to the surface and once farther away, only from hints before its plane, and extrapolated to it: what hints half
-        /// a cell away see is not what the surface sees.
+        /// Close to the surface and once farther away, only from hints in front of its plane, extrapolated to the surface:
+        /// hints half a cell away receive other light than the surface.
         #[default]
         NearSurface = "near-surface",
-        /// §5: on a hemisphere whose radius is the diagonal of a cell, lifted by half of that: half a diagonal to one and a half
-        /// away from the surface, whatever the hints there are.
+        /// §5: on a hemisphere whose radius is the diagonal of a cell, lifted by half of that: half a diagonal to one and a
+        /// half away from the surface, whatever the hints there are.
         AsPrinted = "as-printed",
     }
 }
@@ -138,7 +138,7 @@ settings! {
         pub order: Order = Order::Three;
         /// Samples of all maps together per hint; the paper's 12 to 70. Higher: less noise, time grows in proportion.
         pub samples: u32 = 60, 1..=1024;
-        /// Texels by the flux they reflect, those near a hint one by one or not; or as printed: a disc around its projection.
+        /// Texels by the flux they reflect, those near a hint stratified or not; or as printed: a disc around its projection.
         pub sampling: Sampling = Sampling::Nearby;
         /// What blocks light: nothing as printed; the maps' depth, in all bounces; the camera's in the first (view-dependent).
         pub visibility: Visibility = Visibility::RsmDepth;
@@ -146,7 +146,7 @@ settings! {
         pub bounces: u32 = 3, 1..=64;
         /// Samples of the field per hint and later bounce; the paper's 16 to 32. Higher: less noise, time grows in proportion.
         pub bounce_samples: u32 = 32, 1..=1024;
-        /// Later bounces: even directions to the border, or places in a sphere, corrected or as printed.
+        /// Later bounces: uniform directions to the border, or points in a ball, corrected or as printed.
         pub transport: Transport = Transport::Directions;
         /// Albedo around the box: by 2048 rays once per scene, or what the maps alone tell.
         pub enclosure: Surround = Surround::Measured;
@@ -196,7 +196,8 @@ settings! {
         pub disc: f32 = 0.9, 0.001..=1.0;
         /// Farthest that a later bounce comes from, as a share of the box's diagonal: the paper's r_max.
         pub range: f32 = 1.0, 0.01..=1.0;
-        /// Share of the cell from which a hint looks; 1 is the paper's. Lower: sharper, and a hint beside a wall stays on its side.
+        /// Share of its cell within which a hint's points of view are spread; 1 is the paper's. Lower: sharper, and a hint
+        /// beside a wall stays on its side.
         pub jitter: f32 = 0.0, 0.0..=1.0;
         /// Share of a sample's area that bounds 1/d²; 0 is the paper's, unbounded; 1 is too dark in corners.
         pub footprint: f32 = 0.4, 0.0..=1.0;

@@ -1,23 +1,25 @@
 use glam::Vec3;
 use indirect_core::Aabb;
 use indirect_core::settings::{BadOption, Settings};
+use indirect_filter::Reduced;
 
 use crate::{
     settings::{Options, Params, Sampling},
     volume::Lattice,
 };
 
-/// Mean albedo of what lies behind each face of the lattice's box, `[0, 1]`; black where a side is open.
+/// Mean albedo of the surfaces that surround the lattice's box, and how far they are, per face of the box; black where a
+/// side is open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Enclosure {
-    /// The faces `−x, +x, −y, +y, −z, +z`.
+    /// Albedo behind the faces `−x, +x, −y, +y, −z, +z`, `[0, 1]`.
     pub albedo: [Vec3; 6],
-    /// How far it is, as a mean share of the way to the face, `(0, 1]`.
+    /// Distance from inside the box to the surfaces, as a mean share of the distance to the face, `(0, 1]`.
     pub depth: [f32; 6],
 }
 
 impl Default for Enclosure {
-    /// Nothing: black, at the faces.
+    /// Black, at the faces.
     fn default() -> Self {
         Self { albedo: [Vec3::ZERO; 6], depth: [1.0; 6] }
     }
@@ -38,8 +40,8 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// One box of at most [`Options::lattice`]`³` hints over `bounds`, whose surroundings are not known. Where the geometry is at
-    /// hand, `RadianceHints::fit` measures them too.
+    /// One box of at most [`Options::lattice`]`³` hints over `bounds`, whose surroundings are not known. Where the geometry
+    /// is at hand, `RadianceHints::fit` measures them too.
     ///
     /// # Errors
     /// [`BadOption`] where a setting is out of range, or as [`Lattice::fit`].
@@ -48,6 +50,12 @@ impl Setup {
         params.validate()?;
         let lattice = Lattice::fit(bounds, options.lattice.pow(3))?;
         Ok(Self { options, params, lattice, enclosure: None })
+    }
+
+    /// The image that the field is read at, for one of `size` pixels.
+    #[must_use]
+    pub fn reduced(&self, size: [u32; 2]) -> Reduced {
+        Reduced::new(size, self.options.scale.step())
     }
 
     /// How samples are drawn from the maps.

@@ -10,12 +10,13 @@ pub const MAX_VOLUMES: usize = VOLUMES;
 /// Most hints of a [`Lattice`].
 pub const MAX_HINTS: u32 = 1 << 22;
 
-/// Where the hints are: one or more boxes, each divided into cells with a hint at the centre of each.
+/// Where the hints, which are irradiance probes, lie: one or more boxes, each divided into cells with a hint at the centre
+/// of each.
 ///
-/// Boxes may overlap and may be nested. Where they do, the earlier one has its say first, with a weight that falls to 0
-/// over the outermost cell of its box; the rest goes to the next, and what is left to the last, whose border values
-/// continue outside of it. The weights add up to 1 everywhere and are continuous, so no seam shows: list fine boxes before
-/// coarse ones, and let boxes that meet at a portal overlap by a cell.
+/// Boxes may overlap and may be nested. Where they do they are blended: the earlier one has priority, with a weight that
+/// falls to 0 over the outermost cell of its box; the remaining weight goes to the next, and what is left to the last, whose
+/// border values are extended outside of it. The weights add up to 1 everywhere and are continuous, so no seam shows: list
+/// fine boxes before coarse ones, and let boxes that meet at a portal overlap by a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
     volumes: Vec<Volume>,
@@ -94,8 +95,8 @@ impl Lattice {
         Ok(Self { volumes, hints: hints as u32 })
     }
 
-    /// The box at whose border later bounces of hint `i` begin. A box within a larger one is no room of its own: its border
-    /// is open.
+    /// The box at whose border later bounces of hint `i` begin. The border of a box within a larger
+    /// one counts as open, not as walls.
     #[cfg(feature = "cpu")]
     pub(crate) fn room(&self, i: u32) -> &Volume {
         &self.volumes[self.place(i).0.room as usize]
@@ -113,7 +114,7 @@ impl Lattice {
         self.hints
     }
 
-    /// The box that hint `i` belongs to, and its place among the cells.
+    /// The box that hint `i` belongs to, and the coordinates of its cell.
     #[must_use]
     pub(crate) fn place(&self, i: u32) -> (&Volume, UVec3) {
         let mut volume = &self.volumes[0];

@@ -243,8 +243,8 @@ fn bounces_of_a_uniform_room_add_up() {
     }
 }
 
-/// The paper's places with the weighted mean that eq. 8 and 9 mean: one bounce returns `ρ` of a uniform field. Near a wall all of
-/// it comes from one side, which the next bounce takes for more light than there is: why directions are the default.
+/// The paper's places with the weighted mean that eq. 8 and 9 mean: one bounce returns `ρ` of a uniform field. Near a wall
+/// all of it comes from one side, which the next bounce takes for more light than there is: why directions are the default.
 #[test]
 fn a_sphere_of_places_returns_the_albedo_once() {
     let totals = uniform(Transport::Sphere, false, 3);

@@ -343,8 +343,8 @@ fn a_budget_chooses_the_resolution() {
     assert_eq!(cube.hints(), 4096);
 }
 
-/// What the scene decides is the technique's business: as many hints as asked for, spread over the bounds, and what surrounds them
-/// only where a later bounce asks for it; also for a scene without anything.
+/// What the scene decides is the technique's business: as many hints as asked for, spread over the bounds, and what
+/// surrounds them only where a later bounce asks for it; also for a scene without anything.
 #[test]
 fn a_setup_is_fitted_to_the_scene() {
     let scene = room(Vec3::splat(0.6), 2.0);

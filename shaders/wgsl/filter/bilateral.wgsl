@@ -1,5 +1,5 @@
 // bilateral: joint bilateral interpolation of an image of reduced resolution. Needs filter/reduced.wgsl.
-// Twin: crates/filter/src/cpu/bilateral.rs, which says what the weights are. Source: Kopf et al. 2007.
+// Twin: crates/filter/src/cpu/bilateral.rs, which defines the weights. Source: Kopf et al. 2007.
 // The including module declares the G-buffer `positions` and `normals` per pixel, and the smaller image `low`.
 
 /// The weighted sum of the four texels of `low` nearest to a pixel, and the sum of their weights.

@@ -6,12 +6,12 @@
 @group(0) @binding(1) var<uniform> lattice: Lattice;
 /// After the bounce before.
 @group(0) @binding(2) var<storage, read> hints: array<vec4<f32>>;
-/// What the new light is added to: the first bounce; as printed, the bounce before.
+/// The field that the new light is added to: the first bounce; as printed, the bounce before.
 @group(0) @binding(3) var<storage, read> base: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> surroundings: array<Surroundings>;
 @group(0) @binding(5) var<storage, read_write> next: array<vec4<f32>>;
 
-/// What ends the directions; one word that is not read where nothing is tested.
+/// Quantised hit distances of the directions; one word that is not read where nothing is tested.
 @group(0) @binding(6) var<storage, read> stops: array<u32>;
 
 /// The number of the bounce.
@@ -40,7 +40,7 @@ fn bounce_directions(
         if stop != OPEN {
             farthest = max(farthest * (f32(stop) / f32(OPEN)) - half_cell(room, w), 0.0);
         }
-        // From there inwards, until a hint sees something: others are outside of the room.
+        // From there inwards, until a hint sees a lit surface: others are within objects or outside of the room.
         var radiance = vec3(0.0);
         for (var i = 0u; i < PLACES; i++) {
             let q = position + w * (farthest * (1.0 - f32(i) / f32(PLACES)));
@@ -127,7 +127,7 @@ fn sphere(hint: u32, printed: bool) {
     store(hint, sh, select(0.0, 4.0 * PI / total, total > 0.0));
 }
 
-/// The stop of direction j; OPEN where nothing was tested.
+/// The quantised hit distance of direction j; OPEN where nothing was tested.
 fn stop_of(hint: u32, j: u32) -> u32 {
     if settings.stop_words == 0u {
         return OPEN;
@@ -143,7 +143,7 @@ fn store(hint: u32, sh: array<vec3<f32>, 9>, scale: f32) {
     }
 }
 
-/// What a surface of this albedo at the place of a hint sends back along w.
+/// The radiance that a surface of this albedo at the position of a hint reflects towards -w.
 fn radiance_from(hint: u32, w: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {
     let lobe = cosine_lobe(-w);
     let low_band = vec4(lobe[0], lobe[1], lobe[2], lobe[3]);
@@ -157,7 +157,7 @@ fn albedo_of(hint: u32) -> vec3<f32> {
     return vec3(albedo[0], albedo[1], albedo[2]);
 }
 
-/// Eq. 11, and the step that is left of it where both distances are the same.
+/// Eq. 11; a step where both distances are the same.
 fn visibility(d: f32, near: f32, far: f32) -> f32 {
     if far > near {
         return 1.0 - clamp((d - near) / (far - near), 0.0, 1.0);

@@ -1,9 +1,9 @@
-// depths: what depth images tell about segments: where they go through a surface that a view sees.
+// depths: segments against depth images: where they cross a surface that a view sees.
 // Twin: crates/radiance-hints/src/cpu/depths.rs. The including module declares `views` and `depths`.
 
 const STEPS: u32 = 16u;
 const REFINEMENTS: u32 = 5u;
-/// Marks a place outside of a view's image.
+/// Marks a point outside of a view's image.
 const OUTSIDE: f32 = -1e38;
 
 /// How far p lies behind what the view sees there; negative before it, OUTSIDE of the image.
@@ -20,8 +20,8 @@ fn behind(v: u32, p: vec3<f32>) -> f32 {
     return select(-depth, depth - seen, seen > 0.0);
 }
 
-/// The share of the way from a to b after which the segment goes through a surface that the view sees, looked for from the
-/// step `first` on; 1 where it does not.
+/// The parameter, [0, 1], at which the segment from a to b crosses a surface that the view sees, searched from the step `first`
+/// on; 1 where it does not.
 fn crossing(v: u32, a: vec3<f32>, b: vec3<f32>, first: u32) -> f32 {
     let length = length(b - a);
     let step = 1.0 / f32(STEPS);
@@ -30,7 +30,7 @@ fn crossing(v: u32, a: vec3<f32>, b: vec3<f32>, first: u32) -> f32 {
         let t = f32(i) * step;
         let now = behind(v, a + (b - a) * t);
         if before != OUTSIDE && now != OUTSIDE && (before < 0.0) != (now < 0.0) {
-            // Where it changes sides, more finely.
+            // The segment changes sides here: bisect.
             var lo = t - step;
             var hi = t;
             var x = before;
@@ -49,7 +49,7 @@ fn crossing(v: u32, a: vec3<f32>, b: vec3<f32>, first: u32) -> f32 {
                     y = m;
                 }
             }
-            // On a surface both depths are as near to it as the rest of the step is long; at a silhouette they jump.
+            // On a surface the depth difference shrinks with the step; at a silhouette, where depth jumps, it does not.
             if abs(y - x) < 4.0 * (hi - lo) * length {
                 return lo;
             }

@@ -1,7 +1,7 @@
 // directions: along which directions hints gather later bounces, and where each ends.
 // Twin: crates/radiance-hints/src/cpu/directions.rs.
 
-/// Nothing is in the way.
+/// The quantised hit distance of a direction without a hit.
 const OPEN: u32 = 255u;
 
 /// Direction j, the same for all bounces and all hints.
@@ -9,7 +9,7 @@ fn direction(j: u32) -> vec3<f32> {
     return sphere_uniform(sobol_2d(j, hash_combine(settings.seed, 0u)));
 }
 
-/// How far a hint in this room looks along w, and the face of the box that lies there.
+/// The distance at which a direction w of a hint ends, and the face of its box that lies there.
 fn border_of(room: Volume, position: vec3<f32>, w: vec3<f32>) -> vec2<f32> {
     let border = exit(room, position, w);
     let reach = settings.range * length(room.cell * vec3<f32>(room.resolution));

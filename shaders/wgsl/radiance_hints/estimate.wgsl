@@ -1,4 +1,4 @@
-// estimate: what light of the first bounce each hint sees, as spherical harmonics.
+// estimate: the radiance of the first bounce that arrives at each hint, as spherical harmonics.
 // Twin: crates/radiance-hints/src/cpu/estimate.rs, which holds the equation.
 // Papaioannou 2011, §4, eq. 2 to 5 as docs/errata.md corrects them.
 
@@ -8,7 +8,7 @@
 /// One word that is not read where nothing is tested.
 @group(0) @binding(3) var<storage, read> blocked: array<u32>;
 @group(0) @binding(4) var<storage, read_write> hints: array<vec4<f32>>;
-/// One element that is not written where there is one bounce.
+/// One element that is not read where there is one bounce.
 @group(0) @binding(5) var<storage, read_write> surroundings: array<Surroundings>;
 
 /// One element that is not read where there are no windows.
@@ -32,7 +32,7 @@ fn estimate(
     var sh: array<vec3<f32>, 9>;
     var r_min = 0x1.fffffep+127;
     var r_max = 0.0;
-    // Reflected and incident flux as this hint sees it, and as it is.
+    // Reflected and incident flux weighted as this hint sees it, and unweighted.
     var seen = vec3(0.0);
     var seen_incident = vec3(0.0);
     var all_flux = vec3(0.0);
@@ -49,7 +49,7 @@ fn estimate(
         let d = sqrt(d2);
         let w = v * (1.0 / d);
         let cosine = max(-dot(s.normal, w), 0.0);
-        // A disc of the sample's area: its solid angle, and what its angular extent leaves of each band.
+        // A disc of the sample's area: its solid angle, and the attenuation of each band by its angular extent.
         let h = sqrt(d2 + area * settings.footprint * INV_PI);
         let weight = 2.0 * cosine / (PI * h * (h + d)) * open_share(hint, k);
         let c = d / h;

@@ -1,10 +1,10 @@
-// field: reading the field between hints.
+// field: interpolating the field between hints.
 // Twin: crates/radiance-hints/src/cpu/field.rs.
 // Papaioannou 2011, §5; the including module binds `settings`, `lattice` and `hints`.
 
 const LEAST_SHARE: f32 = 1e-7;
 
-/// Hints before a plane count, those behind do not; all do where strength is 0.
+/// A plane in front of which hints are read and behind which they are not; all are where strength is 0.
 struct Plane {
     point: vec3<f32>,
     strength: f32,
@@ -19,7 +19,7 @@ fn plane_share(plane: Plane, hint: vec3<f32>, cell: vec3<f32>) -> f32 {
     return clamp(8.0 * side / dot(abs(plane.normal), cell), LEAST_SHARE, 1.0);
 }
 
-/// How much a volume has to say about a place: 0 outside, 1 from a cell within its border on.
+/// The weight of a volume at a point: 0 outside, 1 from a cell within its border on.
 fn volume_inside(v: u32, q: vec3<f32>) -> f32 {
     let volume = lattice.volume[v];
     let t = (q - volume.origin) / volume.cell;
@@ -41,7 +41,7 @@ fn hint_weigh(hint: u32, low_band: vec4<f32>, high_band: vec4<f32>, last_band: f
     return value;
 }
 
-/// The hint whose cell holds q, in the first volume that has more to say there than those after it.
+/// The hint whose cell holds q, in the first volume that has at least half of the weight there.
 fn nearest_hint(q: vec3<f32>) -> u32 {
     var v = 0u;
     while v + 1u < lattice.volumes && volume_inside(v, q) < 0.5 {

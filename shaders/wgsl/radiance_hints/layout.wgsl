@@ -5,7 +5,7 @@ struct Volume {
     origin: vec3<f32>,
     first: u32,
     cell: vec3<f32>,
-    /// The box at whose border later bounces of its hints begin.
+    /// The box at whose border the directions of its hints' later bounces end.
     room: u32,
     resolution: vec3<u32>,
     pad1: u32,
@@ -20,7 +20,7 @@ struct Lattice {
     volume: array<Volume, 16>,
 }
 
-/// A small lit patch, drawn from the reflective shadow maps.
+/// A virtual point light, drawn from the reflective shadow maps.
 struct Sample {
     position: vec3<f32>,
     area: f32,
@@ -32,7 +32,7 @@ struct Sample {
     pad1: f32,
 }
 
-/// The part of a map that a hint looks at closely.
+/// The region of a map around a hint's projection that is sampled stratified.
 struct Window {
     first: vec2<u32>,
     end: vec2<u32>,
@@ -42,7 +42,7 @@ struct Window {
     pad1: u32,
 }
 
-/// What a hint knows of the lit surfaces around it.
+/// Mean albedo and distances of the lit surfaces that a hint sees.
 struct Surroundings {
     albedo: array<f32, 3>,
     r_min: f32,
@@ -70,7 +70,7 @@ struct Settings {
     sampling: u32,
     /// Words of `blocked` per hint; 0 where nothing is tested.
     words: u32,
-    /// 1 where pixels read as the paper prints it.
+    /// 1 where pixels read the field as the paper prints it.
     as_printed: u32,
     /// 1 where `enclosure` is known.
     enclosed: u32,
@@ -83,11 +83,11 @@ struct Settings {
     slots: u32,
     pad0: u32,
     pad1: u32,
-    /// Mean albedo and depth of what lies behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
+    /// Mean albedo and depth of the surfaces behind each face of the box: −x, +x, −y, +y, −z, +z; depth 1 where unknown.
     enclosure: array<vec4<f32>, 6>,
 }
 
-/// Which of several a dispatch is for.
+/// The number of the map, view or bounce that a dispatch is for.
 struct Index {
     value: u32,
 }
@@ -108,7 +108,7 @@ fn lattice_volume(i: u32) -> u32 {
     return v;
 }
 
-/// Its place among the cells of that box.
+/// The coordinates of its cell in that box.
 fn lattice_place(i: u32) -> vec3<u32> {
     let volume = lattice.volume[lattice_volume(i)];
     let local = i - volume.first;

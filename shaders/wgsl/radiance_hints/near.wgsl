@@ -1,5 +1,5 @@
-// near: what hints close to a lit surface look at more closely; one dispatch per map, after `sample`.
-// Twin: crates/radiance-hints/src/cpu/near.rs, which says why and how. Part of the module of sample.wgsl.
+// near: stratified samples of the lit surface close to a hint; one dispatch per map, after `sample`.
+// Twin: crates/radiance-hints/src/cpu/near.rs, which explains the method. Part of the module of sample.wgsl.
 
 @group(0) @binding(10) var<storage, read_write> windows: array<Window>;
 
@@ -23,7 +23,7 @@ fn sample_near(
     near_in_map(hint);
 }
 
-/// Gives the hint a window in this map, if it is worth more than the one that it has.
+/// Gives the hint a window in this map, if more light comes from there than from the window that it has.
 fn near_in_map(hint: u32) {
     let view = views[current.value];
     let position = lattice_position(hint);
@@ -34,7 +34,7 @@ fn near_in_map(hint: u32) {
     if plane.z <= 0.0 {
         return;
     }
-    // A hint beside what the light sees looks at the border.
+    // The projection of a hint outside of the light's view is clamped to the border of the map.
     let at = clamp(plane.xy * f32(n), vec2(0.0), vec2(f32(n) - 0.5));
     let texel = u32(at.y) * n + u32(at.x);
     let v = position - positions[texel].xyz;
@@ -101,7 +101,7 @@ fn near_in_map(hint: u32) {
     }
 }
 
-/// The node at which `count` nodes around a place begin.
+/// The first of `count` nodes around a projection.
 fn window_begin(at: vec2<f32>, level: u32, count: u32) -> vec2<u32> {
     return vec2<u32>(max(at / f32(1u << level) - 0.5 * f32(count) + OFF_CENTRE, vec2(0.0)));
 }
@@ -112,7 +112,7 @@ fn texel_edge(view: View, depth: f32, resolution: u32) -> f32 {
     return 2.0 * half / f32(resolution);
 }
 
-/// A texel of the node, which stands for all of it; nothing where it reflects nothing.
+/// Draws a texel of the node that stands for the whole node; no sample where the node reflects nothing.
 fn draw_near(slot: u32, level: u32, node: vec2<u32>, u: vec2<f32>) {
     let size = vec2(settings.resolution);
     let i = warp_level_begin(size, level) + node.y * warp_level_size(size, level).x + node.x;

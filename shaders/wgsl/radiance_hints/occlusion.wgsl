@@ -1,5 +1,5 @@
-// occlusion: how much stands between each hint and each of its samples, by the depth of views; eight samples to a word.
-// Twin: crates/radiance-hints/src/cpu/occlusion.rs, which says what the numbers mean.
+// occlusion: how much each sample is occluded from each hint, by depth images; eight samples to a word.
+// Twin: crates/radiance-hints/src/cpu/occlusion.rs, which defines the numbers.
 // Camera depth: Papaioannou 2011, §8.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
@@ -88,7 +88,7 @@ fn occlusion_word(i: u32, by_camera: bool) -> u32 {
     return word;
 }
 
-/// How many points of the segment from a to b the camera does not see.
+/// How many points of the segment from a to b are behind the camera's depth image.
 fn hidden(a: vec3<f32>, b: vec3<f32>) -> u32 {
     var count = 0u;
     for (var i = 0u; i < POINTS; i++) {

@@ -1,4 +1,4 @@
-// sample: the lists of samples that hints look at, drawn from the maps; one dispatch per map.
+// sample: lists of samples (virtual point lights) that hints share, drawn from the maps; one dispatch per map.
 // Twin: crates/radiance-hints/src/cpu/sample.rs.
 // Importance: Clarberg et al. 2005, "Wavelet Importance Sampling", §3; disc: Papaioannou 2011, §4.
 
@@ -41,13 +41,13 @@ fn sample_disc(
     }
 }
 
-/// The point of the sequence that a slot takes: each list begins an aligned block.
+/// The index of a slot's point in the sequence: each list begins at an aligned block of a power of two.
 fn index_of(slot: u32, count: u32) -> u32 {
     let block = 1u << (32u - countLeadingZeros(count - 1u));
     return (slot / count) * block + slot % count;
 }
 
-/// What a texel of this map is as a sample that stands for `scale` texels.
+/// A sample at a texel of this map that stands for `scale` texels.
 fn sample_of_texel(texel: u32, scale: f32) -> Sample {
     let t = texels[texel];
     return Sample(
@@ -92,7 +92,7 @@ fn importance(slot: u32, u: vec2<f32>) {
 /// A texel of the disc around the hint's projection into this map.
 fn disc(list: u32, k: u32) -> Sample {
     let count = settings.samples;
-    // As many samples as fall to this map.
+    // Samples of this list that are drawn from this map.
     let share = (count - current.value + settings.maps - 1u) / settings.maps;
     let n = f32(settings.resolution);
     let view = views[current.value];

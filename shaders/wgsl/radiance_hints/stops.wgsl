@@ -1,5 +1,5 @@
-// stops: how far light of later bounces comes along each direction, where the maps' depth tells; four to a word.
-// Twin: crates/radiance-hints/src/cpu/stops.rs, which says what the numbers mean.
+// stops: the quantised hit distance along each direction of later bounces, from the maps' depth; four to a word.
+// Twin: crates/radiance-hints/src/cpu/stops.rs, which defines the numbers.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<uniform> lattice: Lattice;
@@ -31,7 +31,7 @@ fn stop_directions(
     stops[i] = word;
 }
 
-/// Where the way of the length `farthest` is blocked first; what lies beyond `reach` is the border.
+/// The nearest hit along a direction, quantised; `farthest` is the distance to the border, hits beyond `reach` are ignored.
 fn stop(position: vec3<f32>, w: vec3<f32>, farthest: f32, reach: f32) -> u32 {
     var nearest = OPEN;
     for (var m = 0u; m < settings.maps; m++) {

@@ -1,5 +1,5 @@
 // upsample: irradiance at every pixel from that at one of 2 × 2 or 4 × 4, by a joint bilateral filter.
-// Twin: crates/radiance-hints/src/cpu/upsample.rs, which says what counts.
+// Twin: crates/radiance-hints/src/cpu/upsample.rs.
 // Papaioannou 2011, §9.3.
 
 @group(0) @binding(0) var<uniform> settings: Settings;

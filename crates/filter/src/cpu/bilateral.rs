@@ -8,10 +8,11 @@ use crate::Reduced;
 
 /// The weighted sum of the four texels of `low` nearest to `pixel`, and the sum of their weights, `[0, 1]`.
 ///
-/// A texel's weight is its bilinear one times how well its surface agrees with the pixel's: `max(1 − 4·out, 0)`, where `out` is
-/// the sine between the pixel's plane and the way to the texel's surface, times the fourth power of the cosine between both normals.
-/// No constant has a unit, so that the scale of the scene does not matter. Where the sum of weights is small no texel shows
-/// the surface that the pixel shows, at an edge or on a thin object: the caller decides what to do there.
+/// A texel's weight is its bilinear one times how well its surface agrees with the pixel's: `max(1 − 4·out, 0)`, where `out`
+/// is the sine of the angle between the pixel's plane and the direction to the texel's surface, times the fourth power of
+/// the cosine between both normals. No constant has a unit, so that the scale of the scene does not matter. Where the sum of
+/// weights is small no texel shows the surface that the pixel shows, at an edge or on a thin object: the caller decides what
+/// to do there.
 ///
 /// # Panics
 /// Where `pixel` is not of `surface`, or `surface` or `low` is not of the sizes of `reduced`.

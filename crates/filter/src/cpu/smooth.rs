@@ -14,7 +14,7 @@ pub const DEPTH_TOLERANCE: f32 = 0.02;
 /// surface: `factor` is the share of the past, `[0, 1)`, 0.5 in the paper.
 ///
 /// Where a pixel's surface was outside of the last image, or behind what it saw there, or the past is not finite, the present
-/// stands alone; also where there is no past, or one that has not as many pixels as its size says.
+/// stands alone; also where there is no past, or where its number of pixels is not that of its size.
 #[must_use]
 pub fn smooth(
     current: &[Vec3],

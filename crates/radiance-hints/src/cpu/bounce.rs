@@ -5,10 +5,10 @@
 //! (T L)_lm = 4π · Σ_j w_j ρ_j/π · E_j(−ω_j) Y_lm(ω_j) / Σ_j w_j
 //! ```
 //!
-//! `E_j(−ω_j)` is the irradiance at place `j`, `ω_j` away, on a surface that faces the hint: that of the hint in whose cell it
-//! lies, since the sum over places interpolates by itself. Each operator maps a uniform
-//! field `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8
-//! to 10, which also says what the printed form does).
+//! `E_j(−ω_j)` is the irradiance at point `j`, in direction `ω_j`, on a surface that faces the hint: that of the hint in
+//! whose cell it lies, without interpolation, since the sum over points averages already. Each operator maps a uniform field
+//! `L` to `ρL`, so that the bounces of a closed uniform room add up to `Σρⁱ` (`docs/errata.md`, Radiance Hints eq. 8 to 10,
+//! which also describes what the printed form does).
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -30,7 +30,8 @@ use crate::{
     settings::{Transport, words_of_stops},
 };
 
-/// Places along a direction, from the border inwards, where [`Transport::Directions`] looks for hints that see something.
+/// Points along a direction, from the border inwards, at which [`Transport::Directions`] tries to find a hint that sees a lit
+/// surface.
 pub(crate) const PLACES: u32 = 4;
 
 /// The hints after bounce `number`, from `first`, those after the first bounce, and `last`, those after the one before.
@@ -85,7 +86,7 @@ impl Source<'_> {
                 let half = half_cell(lattice.room(hint), w);
                 farthest = (farthest * (stop as f32 / OPEN as f32) - half).max(0.0);
             }
-            // From there inwards, until a hint sees something: others are outside of the room.
+            // From there inwards, until a hint sees a lit surface: others are within objects or outside of the room.
             let mut radiance = Vec3::ZERO;
             for i in 0..PLACES {
                 let q = position + w * (farthest * (1.0 - i as f32 / PLACES as f32));
@@ -146,15 +147,15 @@ impl Source<'_> {
         sh.map(|c| c * scale)
     }
 
-    /// What a surface of this albedo at the place of a hint sends back along `w`, W/(sr·m²).
+    /// The radiance, W/(sr·m²), that a surface of this albedo at the position of a hint reflects towards `−w`.
     fn radiance(&self, hint: u32, w: Vec3, albedo: Vec3) -> Vec3 {
         let irradiance = self.field.weigh_hint(hint, &cosine_lobe(-w));
         albedo * FRAC_1_PI * irradiance.max(Vec3::ZERO)
     }
 }
 
-/// Eq. 11: 1 below the sum of the least distances, 0 beyond that of the greatest, linear between. Where both are the same
-/// (one sample, or none), the step that is left.
+/// Eq. 11: 1 below the sum of the least distances, 0 beyond that of the greatest, linear between; a step where both are the
+/// same (one sample, or none).
 #[must_use]
 pub fn visibility(d: f32, near: f32, far: f32) -> f32 {
     if far > near {
@@ -166,7 +167,7 @@ pub fn visibility(d: f32, near: f32, far: f32) -> f32 {
     }
 }
 
-/// The stop of direction `j`; [`OPEN`] where nothing was tested.
+/// The quantised hit distance of direction `j`; [`OPEN`] where nothing was tested.
 fn stop_of(stops: &[u32], hint: u32, j: u32, per_hint: u32) -> u32 {
     if stops.is_empty() {
         return OPEN;

@@ -1,12 +1,12 @@
-//! What a depth image tells about segments: where they go through a surface that its view sees.
+//! Segments against depth images: where they cross a surface that a view sees.
 
 use glam::{Vec2, Vec3};
 use indirect_core::{GBuffer, View};
 use rsm::Rsm;
 
-/// Points of a segment that are looked at.
+/// Steps into which a segment is divided.
 pub(crate) const STEPS: u32 = 16;
-/// Halvings of the step in which a segment went behind a surface.
+/// Bisections of the step in which a segment crossed a surface.
 pub(crate) const REFINEMENTS: u32 = 5;
 
 /// A depth image and the view that it belongs to.
@@ -35,8 +35,8 @@ pub(super) fn behind(depths: &Depths<'_>, p: Vec3) -> Option<f32> {
     Some(if depths.surface.is_surface(i) { depth - depths.surface.depth[i] } else { -depth })
 }
 
-/// The share of the way from `a` to `b` after which the segment goes through a surface that the view sees, looked for from
-/// the step `first` on; `None` where it does not.
+/// The parameter, `[0, 1]`, at which the segment from `a` to `b` crosses a surface that the view sees, searched from the step
+/// `first` on; `None` where it does not.
 pub(super) fn crossing(depths: &Depths<'_>, a: Vec3, b: Vec3, first: u32) -> Option<f32> {
     let at = |t: f32| behind(depths, a + (b - a) * t);
     let length = (b - a).length();
@@ -48,7 +48,7 @@ pub(super) fn crossing(depths: &Depths<'_>, a: Vec3, b: Vec3, first: u32) -> Opt
         if let (Some(x), Some(y)) = (before, now)
             && (x < 0.0) != (y < 0.0)
         {
-            // Where it changes sides, more finely.
+            // The segment changes sides here: bisect.
             let (mut lo, mut hi, mut x, mut y) = (t - step, t, x, y);
             for _ in 0..REFINEMENTS {
                 let middle = 0.5 * (lo + hi);
@@ -59,7 +59,7 @@ pub(super) fn crossing(depths: &Depths<'_>, a: Vec3, b: Vec3, first: u32) -> Opt
                     (hi, y) = (middle, m);
                 }
             }
-            // On a surface both depths are as near to it as the rest of the step is long; at a silhouette they jump.
+            // On a surface the depth difference shrinks with the step; at a silhouette, where depth jumps, it does not.
             if (y - x).abs() < 4.0 * (hi - lo) * length {
                 return Some(lo);
             }

@@ -9,7 +9,7 @@ use crate::{
     volume::Lattice,
 };
 
-/// The stop of a direction on which nothing is in the way.
+/// The quantised hit distance of a direction without a hit.
 pub(crate) const OPEN: u32 = 255;
 
 /// The seed of bounce `number`, 2 for the first after the estimate, of [`Transport::Sphere`](crate::Transport::Sphere).
@@ -18,7 +18,7 @@ pub fn bounce_seed(seed: u32, number: u32) -> u32 {
     hash_combine(seed, number)
 }
 
-/// Where each hint gathers light of later bounces.
+/// The directions along which each hint gathers light of later bounces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directions {
     /// How many there are.
@@ -39,13 +39,13 @@ impl Directions {
         Self { count: options.bounce_samples, seed: params.seed, range: params.range, enclosure: *enclosure }
     }
 
-    /// Direction `j` of [`Transport::Directions`](crate::Transport::Directions): the same for all bounces and all hints, so that
-    /// what they miss is a smooth error, not noise.
+    /// Direction `j` of [`Transport::Directions`](crate::Transport::Directions): the same for all bounces and all hints, so
+    /// that what they miss is a smooth error, not noise.
     pub(super) fn direction(&self, j: u32) -> Vec3 {
         mapping::sphere_uniform(sobol::sample_2d(j, bounce_seed(self.seed, 0)))
     }
 
-    /// How far a hint at `position` looks along `w`, and the face of the box that lies there.
+    /// The distance at which a direction `w` from a hint at `position` ends, metres, and the face of the box that lies there.
     pub(super) fn border(&self, lattice: &Lattice, hint: u32, position: Vec3, w: Vec3) -> (f32, usize) {
         let room = lattice.room(hint);
         let (border, face) = exit_of_box(room.origin, room.origin + room.extent(), position, w);
@@ -54,12 +54,13 @@ impl Directions {
     }
 }
 
-/// Half of a cell along `w`, metres: a hint that is so far before a surface is on this side of it.
+/// Half of a cell along `w`, metres: a hint that is this far in front of a surface lies on its front side.
 pub(super) fn half_cell(room: &Volume, w: Vec3) -> f32 {
     0.5 * w.abs().dot(room.cell)
 }
 
-/// Where the ray from `p`, inside, along `w` leaves the box from `origin` to `end`: distance and face, `−x, +x, −y, +y, −z, +z`.
+/// Where the ray from `p`, inside, along `w` leaves the box from `origin` to `end`: distance and face, `−x, +x, −y, +y, −z,
+/// +z`.
 pub(super) fn exit_of_box(origin: Vec3, end: Vec3, p: Vec3, w: Vec3) -> (f32, usize) {
     let (mut nearest, mut face) = (f32::MAX, 0);
     for axis in 0..3 {

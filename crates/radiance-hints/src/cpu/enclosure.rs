@@ -1,4 +1,4 @@
-//! What surrounds a box, looked at once with rays: for callers that have their geometry at hand.
+//! The mean albedo and distance of the surfaces that surround a box, measured with rays once per scene.
 
 use glam::Vec3;
 use indirect_accel::Accel;
@@ -15,13 +15,13 @@ use crate::setup::Enclosure;
 /// Rays in all.
 const RAYS: u32 = 2048;
 
-/// Rays that a face needs for a mean of its own; with fewer it takes that of all.
+/// Rays that a face needs for a mean of its own; with fewer it takes the mean of all faces.
 const LEAST_RAYS: f32 = 24.0;
 
-/// The mean albedo of what the lit surfaces see through each face of `bounds`, and how far it is: 2048 rays, once per scene.
+/// Mean albedo and distance of the surfaces that lit points see in the direction of each face of `bounds`: 2048 rays.
 ///
-/// A ray that meets nothing counts as black, so that an open side returns nothing. `rsm` may be of a low resolution: only
-/// the places of its lit texels matter.
+/// A ray that misses counts as black, so that an open side reflects nothing. `rsm` may be of a low resolution: it only supplies
+/// lit points.
 #[must_use]
 pub fn enclosure(accel: &Accel<'_>, bounds: &Aabb, rsm: &Rsm) -> Enclosure {
     let lit: Vec<_> = rsm

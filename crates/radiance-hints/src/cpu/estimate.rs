@@ -1,12 +1,12 @@
-//! `estimate`: what light of the first bounce each hint sees, as spherical harmonics.
+//! `estimate`: the radiance of the first bounce that arrives at each hint, as spherical harmonics.
 //!
 //! ```text
 //! L_lm = Σ_k Φ_k cosθ_k / (π d_k² + a_k) · Y_lm(ω_k),   ω_k from y_k to the sample k
 //! ```
 //!
 //! `Φ_k` is the flux that sample `k` reflects (`docs/errata.md`, Radiance Hints eq. 2–4), `cosθ_k` the cosine at its
-//! surface, `y_k` a place in the hint's cell, `a_k` the share [`Params::footprint`](crate::Params::footprint) of the sample's area, which bounds what
-//! a hint beside it sees.
+//! surface, `y_k` a point in the hint's cell, `a_k` the share [`Params::footprint`](crate::Params::footprint) of the
+//! sample's area, which bounds the radiance at a hint close to it.
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -25,11 +25,10 @@ use crate::{
     volume::Lattice,
 };
 
-/// Smallest squared distance between a hint and a sample: where they coincide the direction is unknown, the sample is left
-/// out.
+/// Least squared distance between a hint and a sample: where they coincide there is no direction, and the sample is left out.
 pub(crate) const LEAST_D2: f32 = 1e-37;
 
-/// The field after the first bounce, W/(sr·m²), and, for more than one bounce, what the hints know of their surroundings.
+/// The field after the first bounce, W/(sr·m²), and, for more than one bounce, the lit surfaces around each hint.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
     /// [`Order::vectors`](crate::Order::vectors) vectors per hint, see [`pack`].
@@ -73,7 +72,7 @@ fn estimate_hint(
     let shift = shift_of(samples.draw.seed, hint);
     let mut sh = [Vec3::ZERO; 9];
     let (mut r_min, mut r_max) = (f32::MAX, 0.0_f32);
-    // Reflected and incident flux as this hint sees it, and as it is.
+    // Reflected and incident flux weighted as this hint sees it, and unweighted.
     let (mut seen, mut seen_incident) = (Vec3::ZERO, Vec3::ZERO);
     let (mut all, mut all_incident) = (Vec3::ZERO, Vec3::ZERO);
     for k in 0..count {

@@ -1,4 +1,4 @@
-//! Reading the field between hints.
+//! Interpolating the field between hints.
 
 use core::f32::consts::{FRAC_PI_4, PI};
 
@@ -7,7 +7,7 @@ use sh_math::twins::sh_lobe_l2;
 
 use crate::{layout::Volume, settings::Order, volume::Lattice};
 
-/// Least share of its weight that a hint behind the receiver's plane keeps: where all are behind, they decide alone.
+/// Least share of its weight that a hint behind the receiver's plane keeps, so that some weight is left where all are behind.
 pub(crate) const LEAST_SHARE: f32 = 1e-7;
 
 /// The coefficients of a hint as it stores them: four of red, green and blue each, four more of each, and the ninth of all
@@ -39,14 +39,14 @@ pub struct Field<'a> {
     pub hints: &'a [Vec4],
 }
 
-/// Hints before a plane count, those behind do not.
+/// A plane in front of which hints are read and behind which they are not.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
     /// A point of it.
     pub point: Vec3,
     /// Its unit normal.
     pub normal: Vec3,
-    /// 1 to look at it, 0 to count all hints.
+    /// 1 to read only hints in front of it, 0 to read all.
     pub strength: f32,
 }
 
@@ -64,7 +64,7 @@ impl Plane {
     }
 }
 
-/// The eight hints around a place: the lowest, and the share of the way to the next along each axis.
+/// The eight hints around a point: the cell coordinates of the lowest, and the trilinear weights of the next along each axis.
 fn corners(volume: &Volume, q: Vec3) -> (UVec3, Vec3) {
     let last = volume.resolution.as_vec3() - 1.0;
     let g = ((q - volume.origin) / volume.cell - 0.5).clamp(Vec3::ZERO, last);
@@ -72,14 +72,14 @@ fn corners(volume: &Volume, q: Vec3) -> (UVec3, Vec3) {
     (lowest.as_uvec3(), g - lowest)
 }
 
-/// How much a volume has to say about a place: 0 outside, 1 from a cell within its border on.
+/// The weight of a volume at a point: 0 outside, 1 from a cell within its border on.
 fn inside(volume: &Volume, q: Vec3) -> f32 {
     let t = (q - volume.origin) / volume.cell;
     let border = t.min(volume.resolution.as_vec3() - t);
     border.min_element().clamp(0.0, 1.0)
 }
 
-/// Calls `f(hint, position, weight)` for the up to eight hints around a place in a volume.
+/// Calls `f(hint, position, weight)` for the up to eight hints around a point in a volume.
 fn around(volume: &Volume, q: Vec3, mut f: impl FnMut(u32, Vec3, f32)) {
     let (lowest, t) = corners(volume, q);
     let r = volume.resolution;
@@ -95,7 +95,7 @@ fn around(volume: &Volume, q: Vec3, mut f: impl FnMut(u32, Vec3, f32)) {
     }
 }
 
-/// Calls `f(volume, weight)` for the volumes that have a say about a place; the weights add up to 1.
+/// Calls `f(volume, weight)` for the volumes that are blended at a point; the weights add up to 1.
 fn blend(lattice: &Lattice, q: Vec3, mut f: impl FnMut(&Volume, f32)) {
     let volumes = lattice.volumes();
     let mut rest = 1.0;
@@ -109,7 +109,7 @@ fn blend(lattice: &Lattice, q: Vec3, mut f: impl FnMut(&Volume, f32)) {
     }
 }
 
-/// The hint whose cell holds `q`, in the first volume that has more to say there than those after it; outside of all, the
+/// The hint whose cell holds `q`, in the first volume that has at least half of the weight there; outside of all, the
 /// nearest of the last.
 #[must_use]
 pub fn nearest_hint(lattice: &Lattice, q: Vec3) -> u32 {

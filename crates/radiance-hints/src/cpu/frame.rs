@@ -10,7 +10,7 @@ use indirect_technique::{
 use super::enclosure::enclosure;
 use crate::{
     Error,
-    passes::{Output, RadianceHints},
+    output::{Output, RadianceHints},
     settings::{Options, Params, Surround, Transport},
     setup::Setup,
 };

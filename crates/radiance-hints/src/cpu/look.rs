@@ -1,4 +1,4 @@
-//! Which samples a hint looks at, and from where.
+//! Which samples a hint reads, and the point in its cell from which each is seen.
 
 use glam::{UVec3, Vec3};
 use indirect_sampling::rng::{hash_combine, unit_f32};
@@ -14,11 +14,11 @@ use crate::{
 /// 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
 const STEP: [u32; 3] = [3_518_319_155, 2_882_110_345, 2_360_945_575];
 
-/// Which list of samples a hint looks at.
+/// The number of the list of samples that a hint reads.
 pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
     match sampling {
         Sampling::Importance | Sampling::Nearby => {
-            // The bits of the three coordinates interleaved: each 2³ block of hints has consecutive lists.
+            // Morton order: each 2³ block of hints has consecutive lists.
             let place = lattice.place(hint).1 % INTERLEAVE;
             spread(place.x) | spread(place.y) << 1 | spread(place.z) << 2
         }
@@ -26,14 +26,14 @@ pub(super) fn list_of(lattice: &Lattice, hint: u32, sampling: Sampling) -> u32 {
     }
 }
 
-/// What hints look at: the lists, and what is near.
+/// The samples of all hints: the lists that they share, and the samples in their windows.
 #[derive(Debug, Clone, Copy)]
 pub struct Samples<'a> {
     /// How they were drawn.
     pub draw: Draw,
     /// [`Draw::samples`] samples for each of [`Draw::lists`] lists.
     pub lists: &'a [Sample],
-    /// The windows and the samples in them.
+    /// The windows and their samples.
     pub near: &'a Near,
 }
 
@@ -60,8 +60,9 @@ impl<'a> Looked<'a> {
         Self { list, near, window, resolution: samples.near.resolution }
     }
 
-    /// Sample `k` of [`Draw::samples`], and what its flux and area are multiplied by: a hint with a window takes that
-    /// much fewer from its list, each of which stands for more; 0 for those within the window, which are there already.
+    /// Sample `k` of [`Draw::samples`], and the factor of its flux and area. A hint with a window takes that much fewer from
+    /// its list, each of which stands for more; the factor is 0 for those that lie within the window, which the window's own
+    /// samples stand for.
     pub(super) fn sample(&self, k: u32) -> (&'a Sample, f32) {
         if self.near.is_empty() {
             return (&self.list[k as usize], 1.0);
@@ -78,18 +79,18 @@ impl<'a> Looked<'a> {
     }
 }
 
-/// The two lowest bits, three apart.
+/// The two lowest bits, spread three apart.
 const fn spread(x: u32) -> u32 {
     (x & 1) | (x & 2) << 2
 }
 
-/// Where in the recurrence a hint begins.
+/// The offset of a hint in the recurrence.
 pub(super) fn shift_of(seed: u32, hint: u32) -> UVec3 {
     let h = hash_combine(seed, hint);
     UVec3::new(h, hash_combine(h, 1), hash_combine(h, 2))
 }
 
-/// The place from which a hint at `position` looks at its sample `k`.
+/// The point in its cell from which a hint at `position` sees its sample `k`.
 pub(super) fn place_of(position: Vec3, cell: Vec3, jitter: f32, shift: UVec3, k: u32) -> Vec3 {
     let at = |axis: usize| unit_f32(shift[axis].wrapping_add(k.wrapping_mul(STEP[axis])));
     let offset = Vec3::new(at(0), at(1), at(2)) - 0.5;

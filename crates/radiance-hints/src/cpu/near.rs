@@ -1,10 +1,10 @@
-//! `near`: what hints close to a lit surface look at more closely.
+//! `near`: stratified samples of the lit surface close to a hint.
 //!
 //! Of a surface half a cell away, a hint's list holds a sample or two, if any, and each is bright: most of the noise of the
-//! field comes from there. So a hint looks into each map along its own projection. Where what it finds is near, a window
-//! around that place is summed node by node of the map's pyramid, each by one texel drawn in proportion to its flux, which
-//! stands for all of its node: `side²` fine nodes in the middle and nodes twice as wide around them. Samples of the list that
-//! fall into the window are left out. Both together are the sum over all texels, in the mean.
+//! field comes from there. So each hint is projected into each map. Where the surface found there is near, a window of
+//! texels around the projection is stratified by the nodes of the map's pyramid: of each node one texel is drawn in
+//! proportion to its flux and stands for the whole node: `side²` fine nodes in the middle and nodes twice as wide around
+//! them. Samples of the list that fall into the window are left out. The expected sum of both is that over all texels.
 
 use glam::Vec2;
 use indirect_core::{Projection, View, math::luminance};
@@ -27,7 +27,7 @@ use crate::{
 pub(crate) const REACH: f32 = 1.0;
 /// Least edge of the fine half of a window, in diagonals of a cell; nodes are powers of two, so it is up to twice that.
 pub(crate) const SPAN: f32 = 0.7;
-/// Where in a node the middle of a window is put, so that rounding does not decide it in scenes that are symmetric.
+/// Offset of a window's middle within a node, so that in symmetric scenes rounding does not decide which node it is.
 pub(crate) const OFF_CENTRE: f32 = 0.38;
 
 /// The windows of all hints and the samples in them; nothing for other samplings than
@@ -51,7 +51,7 @@ pub fn near(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Near {
     Near { resolution: rsm.resolution, windows, samples }
 }
 
-/// Gives the hint a window in this map, if it is worth more than the one that it has.
+/// Gives the hint a window in this map, if more light comes from there than from the window that it has.
 fn near_in_map(
     rsm: &Rsm,
     map: usize,
@@ -65,7 +65,7 @@ fn near_in_map(
     let (position, diagonal) = (lattice.position(hint), lattice.place(hint).0.cell.length());
     let n = rsm.resolution;
     let Some(plane) = view.image_point(position) else { return };
-    // A hint beside what the light sees looks at the border.
+    // The projection of a hint outside of the light's view is clamped to the border of the map.
     let at = (plane * n as f32).clamp(Vec2::ZERO, Vec2::splat(n as f32 - 0.5));
     let texel = (at.y as u32 * n + at.x as u32) as usize;
     let v = position - surface.position[texel];
@@ -82,7 +82,7 @@ fn near_in_map(
         fine += 1;
     }
     let coarse = (fine + 1).min(top_level([n, n]));
-    // The node at which `count` nodes around the place begin.
+    // The first of `count` nodes around the projection.
     let begin = |x: f32, level: u32, count: u32| {
         (x / (1_u32 << level) as f32 - 0.5 * count as f32 + OFF_CENTRE).max(0.0) as u32
     };

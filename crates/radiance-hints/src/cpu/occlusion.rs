@@ -1,7 +1,7 @@
-//! `occlusion`: how much stands between each hint and each of its samples, without geometry.
+//! `occlusion`: how much each sample is occluded from each hint, by depth images instead of geometry.
 //!
-//! Four bits per hint and sample, eight samples to a word: 0 for nothing, 15 for everything, and `n` for `n` points of the
-//! segment that are hidden, each of which halves the light (Radiance Hints §8).
+//! Four bits per hint and sample, eight samples to a word: 0 for a visible sample, 15 for an occluded one, and `n` for `n`
+//! points of the segment that are behind the depth image, each of which halves the light (Radiance Hints §8).
 
 use glam::Vec3;
 use indirect_core::{GBuffer, View};
@@ -17,16 +17,16 @@ use crate::{
     volume::Lattice,
 };
 
-/// Points of a segment that §8 looks at: 3 to 8.
+/// Points of a segment that are tested; §8 has 3 to 8.
 pub(crate) const POINTS: u32 = 8;
 
-/// The share of a sample's light that four bits let pass.
+/// The share of a sample's light that arrives, from its four bits.
 #[must_use]
 pub fn share_of_blocked(blocked: u32) -> f32 {
     if blocked == 15 { 0.0 } else { 1.0 / (1_u32 << blocked) as f32 }
 }
 
-/// What stands between; no words for [`Visibility::Off`]. `camera` is what [`Visibility::CameraDepth`] looks at; `jitter`
+/// The words of all hints; none for [`Visibility::Off`]. `camera` is the depth image of [`Visibility::CameraDepth`]; `jitter`
 /// as in [`Params`](crate::Params).
 #[must_use]
 pub fn occlusion(

@@ -4,16 +4,16 @@
 //! E(q) = Σ_lm A_l L_lm(q) Y_lm(n)
 //! ```
 //!
-//! at places `q` before the surface (`A_l` as `docs/errata.md`, Radiance Hints eq. 6–7). As printed (§5) there are four, on a
-//! hemisphere, the first above the pixel, the others on a ring 80° from the normal, and their mean is the result: that of a
-//! place about a diagonal of a cell away from the surface. By default four lie close around the pixel and one lies two cells
-//! before it; with the mean distances `s₁ < s₂` of the hints that either read from,
+//! at points `q` in front of the surface (`A_l` as `docs/errata.md`, Radiance Hints eq. 6–7). As printed (§5) there are
+//! four, on a hemisphere, the first above the pixel, the others on a ring 80° from the normal, and the result is their mean:
+//! that of a point about a diagonal of a cell away from the surface. By default four lie close around the pixel and one
+//! about two cells in front of it; with the mean distances `s₁ < s₂` of the hints that either read from,
 //!
 //! ```text
 //! E = E₁ + (E₁ − E₂) · min(s₁/(s₂ − s₁), g)
 //! ```
 //!
-//! is exact for fields that change linearly along the normal. `g` bounds what noise is multiplied by.
+//! is exact for fields that change linearly along the normal. `g` bounds the amplification of noise.
 
 use glam::Vec3;
 use indirect_core::{GBuffer, math::orthonormal_basis};
@@ -27,8 +27,8 @@ use crate::settings::Reconstruction;
 const RING: (f32, f32) = (0.984_807_7, 0.173_648_18);
 /// Sine and cosine of 120°.
 const TURN: (f32, f32) = (0.866_025_4, -0.5);
-/// Near the surface: radius and height of the ring and height of the other place, in diagonals of a cell; most of the difference that is
-/// added. Chosen by measurement on the Cornell box.
+/// Near the surface: radius and height of the ring and height of the far point, in diagonals of a cell, and the bound `g` of
+/// the extrapolation. Chosen by measurement on the Cornell box.
 pub(crate) const NEAR_RADIUS: f32 = 0.3;
 pub(crate) const NEAR_LIFT: f32 = 0.08;
 pub(crate) const FAR_LIFT: f32 = 1.1;
@@ -44,7 +44,7 @@ pub fn irradiance(field: &Field<'_>, p: Vec3, n: Vec3, form: Reconstruction) -> 
     match form {
         Reconstruction::NearSurface => {
             let plane = Plane { point: p, normal: n, strength: 1.0 };
-            // Not in the plane itself: where it passes a layer of hints, the next one must already have its say.
+            // Not in the plane itself: where it passes through a layer of hints, the next layer must already have weight.
             let base = p + n * (NEAR_LIFT * diagonal);
             let (mut near, mut s1) = (Vec3::ZERO, 0.0);
             for d in [t, b, -t, -b] {

@@ -1,4 +1,4 @@
-//! `sample`: the lists of samples that hints look at, drawn from the maps.
+//! `sample`: lists of samples (virtual point lights) that hints share, drawn from the maps.
 
 use glam::{Vec2, Vec3};
 use indirect_core::math::luminance;
@@ -36,13 +36,13 @@ pub fn sample(rsm: &Rsm, lattice: &Lattice, draw: &Draw) -> Vec<Sample> {
     }
 }
 
-/// The point of the sequence that a slot takes: each list begins an aligned block, whose points are spread evenly among
-/// themselves, also where its length is not a power of two.
+/// The index of a slot's point in the sequence: each list begins at an aligned block of a power of two, so that its points are
+/// well distributed also where its length is no power of two.
 const fn index_of(slot: u32, count: u32) -> u32 {
     (slot / count) * count.next_power_of_two() + slot % count
 }
 
-/// What texel `texel` of map `map` is as a sample that stands for `scale` texels.
+/// A sample at texel `texel` of map `map` that stands for `scale` texels.
 pub(super) fn sample_of_texel(rsm: &Rsm, map: usize, texel: u32, scale: f32) -> Sample {
     let Map { surface, texels, .. } = &rsm.maps[map];
     let (i, t) = (texel as usize, &texels[texel as usize]);
@@ -58,7 +58,8 @@ pub(super) fn sample_of_texel(rsm: &Rsm, map: usize, texel: u32, scale: f32) -> 
     }
 }
 
-/// [`Sampling::Importance`] and the lists of [`Sampling::Nearby`]: a map in proportion to its reflected luminance, then a texel of it (Clarberg et al. 2005).
+/// [`Sampling::Importance`] and the lists of [`Sampling::Nearby`]: a map in proportion to its reflected luminance, then a
+/// texel of it (Clarberg et al. 2005).
 fn importance(rsm: &Rsm, shares: &[f32], u: Vec2, count: u32) -> Sample {
     let mut total = 0.0;
     for share in shares {
@@ -88,7 +89,7 @@ fn importance(rsm: &Rsm, shares: &[f32], u: Vec2, count: u32) -> Sample {
     sample_of_texel(rsm, chosen, texel, 1.0 / (p * count as f32))
 }
 
-/// [`Sampling::Disc`]: the maps take turns; a texel of the disc around the hint's projection into this map.
+/// [`Sampling::Disc`]: a texel of the disc around the hint's projection into a map; slot `k` draws from map `k mod maps`.
 fn disc(rsm: &Rsm, hint: Vec3, slot: u32, fraction: f32, count: u32, seed: u32) -> Sample {
     let maps = rsm.maps.len() as u32;
     if maps == 0 {
@@ -96,7 +97,7 @@ fn disc(rsm: &Rsm, hint: Vec3, slot: u32, fraction: f32, count: u32, seed: u32) 
     }
     let (list, k) = (slot / count, slot % count);
     let map = k % maps;
-    // As many samples as fall to this map.
+    // Samples of this list that are drawn from this map.
     let share = (count - map).div_ceil(maps);
     let n = rsm.resolution as f32;
     let Some(centre) = rsm.maps[map as usize].view.image_point(hint) else { return Sample::default() };

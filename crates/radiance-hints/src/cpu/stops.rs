@@ -1,9 +1,10 @@
-//! `stops`: how far light of later bounces comes along each direction, where the maps' depth tells.
+//! `stops`: the quantised hit distance along each direction of later bounces, from the maps' depth.
 //!
-//! Later bounces follow directions to the border of the box ([`Transport::Directions`](crate::Transport::Directions)); with [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they
-//! end where the way goes through a surface that a light sees, as samples of the first bounce do. Eight bits per hint and
-//! direction, four to a word: the share of the way to the border, in 255ths, or 255 where nothing is in the way. The directions
-//! are the same for all bounces, so that this is done once.
+//! Later bounces follow directions to the border of the box ([`Transport::Directions`](crate::Transport::Directions)); with
+//! [`Visibility::RsmDepth`](crate::Visibility::RsmDepth) they end where they cross a surface that a light sees, by the test
+//! that the samples of the first bounce undergo. Eight bits per hint and direction, four to a word: the hit distance as a
+//! share of the distance to the border, in 255ths, or 255 without a hit. The directions are the same for all bounces, so
+//! that this is done once a frame.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -37,8 +38,9 @@ pub fn stops(rsm: &Rsm, lattice: &Lattice, directions: &Directions) -> Vec<u32> 
         .collect()
 }
 
-/// Where the way of the length `farthest` is blocked first. What lies beyond `reach`, half a cell before the border, is the
-/// border: walls mostly are, and rounding must not decide whether they are in the way.
+/// The nearest hit along a direction, over all maps, quantised; `farthest` is the distance to the border. Hits beyond
+/// `reach`, half a cell before the border, are ignored: the walls mostly lie at the border, and rounding must not decide
+/// whether they are hit.
 fn stop(maps: &[Depths<'_>], position: Vec3, w: Vec3, farthest: f32, reach: f32) -> u32 {
     let mut nearest = OPEN;
     for map in maps {

@@ -13,8 +13,8 @@ pub(crate) const LEAST_WEIGHT: f32 = 0.05;
 
 /// Irradiance per pixel, W/m², from `low`, that per texel which [`reconstruct`](super::reconstruct) makes.
 ///
-/// A joint bilateral filter over the four nearest texels ([`bilateral`]). A pixel whose surface none of them shows, at an edge or
-/// on a thin object, reads the field itself.
+/// A joint bilateral filter over the four nearest texels ([`bilateral`]). A pixel whose surface none of them shows, at an
+/// edge or on a thin object, reads the field itself.
 #[must_use]
 pub fn upsample(
     field: &Field<'_>,

@@ -1,18 +1,34 @@
+//! Frames on wgpu. The caller owns device, queue and encoder; nothing here submits or blocks.
+//!
+//! No optional feature is used. [`Resources::required_limits`] says which limits a setup needs: WebGPU's defaults for the
+//! default settings, 24 maps and 3840×2160 pixels.
+
 use bytemuck::Zeroable;
 use glam::Vec4;
 use indirect_core::MapView;
-use indirect_core::settings::BadOption;
+use indirect_core::settings::{BadOption, Settings};
 use indirect_filter::{Reduced, gpu::SmoothBuffers};
+use indirect_gpu::shaders::Module;
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
-use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
-use indirect_technique::gpu::Inputs;
+use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
+use indirect_technique::gpu::Build;
+#[cfg(feature = "cpu")]
+use indirect_technique::gpu::Exchange;
 use rsm::{Error, gpu::Maps};
 
+pub use indirect_technique::gpu::{GpuTechnique, Inputs};
+
+#[cfg(feature = "cpu")]
+use crate::layout::Near;
 use crate::{
     layout::{Index, LatticeUniform, Sample, SettingsUniform, Surroundings, VOLUMES, Volume, Window},
+    output::{Output, RadianceHints},
     settings::{Options, Params, Reconstruction, Sampling, Scale, Visibility},
-    setup::{Draw, Setup},
+    setup::Setup,
 };
+
+/// Buffers and passes of the technique.
+pub type Resources = indirect_technique::gpu::Resources<RadianceHints>;
 
 /// What the lengths of buffers follow from.
 #[derive(Debug, Clone)]
@@ -27,31 +43,11 @@ pub struct Sizes {
     pub(crate) slots: u64,
     /// Samples of all windows.
     near: u64,
-    /// Texels of the depth images that visibility asks.
+    /// Texels of the depth images that visibility is tested against.
     depths: u64,
 }
 
 impl Sizes {
-    pub(super) fn new(setup: &Setup, size: [u32; 2], maps: usize) -> Self {
-        let (options, draw, hints) = (setup.options, setup.draw(), setup.lattice.hints());
-        let pixels = u64::from(size[0]) * u64::from(size[1]);
-        let depths = match options.visibility {
-            Visibility::Off => 0,
-            Visibility::RsmDepth => maps as u64 * u64::from(options.resolution).pow(2),
-            Visibility::CameraDepth => pixels,
-        };
-        Self {
-            options,
-            maps,
-            hints: hints.into(),
-            pixels,
-            reduced: Reduced::new(size, options.scale.step()),
-            slots: u64::from(draw.lists(hints)) * u64::from(draw.samples),
-            near: u64::from(hints) * u64::from(draw.near()),
-            depths,
-        }
-    }
-
     pub(crate) fn blocked_words(&self) -> u64 {
         self.hints * u64::from(self.options.blocked_words())
     }
@@ -64,6 +60,11 @@ impl Sizes {
     fn vectors(&self, bounce: u32) -> u64 {
         let held = self.options.bounces >= bounce;
         if held { self.hints * u64::from(self.options.order.vectors()) } else { 0 }
+    }
+
+    /// Numbers that dispatches are given: those of maps and bounces.
+    fn numbers(&self) -> u32 {
+        self.options.bounces.max(self.maps as u32) + 1
     }
 
     /// Pixels where something is smoothed.
@@ -79,9 +80,9 @@ buffers! {
         samples: [Sample] = |s| s.slots + s.near;
         /// The windows of hints.
         windows: [Window] = |s| if s.near > 0 { s.hints } else { 0 };
-        /// Depths of the views that visibility asks, one view after the other.
+        /// Depths of the views that visibility is tested against, one view after the other.
         depths: [f32] = |s| s.depths;
-        /// What stands between hints and samples: four bits each.
+        /// Occlusion between hints and samples: four bits each.
         blocked: [u32] = Sizes::blocked_words;
         /// The quantised hit distances of later bounces' directions: eight bits each.
         stops: [u32] = Sizes::stop_words;
@@ -91,7 +92,7 @@ buffers! {
         even: [Vec4] = |s| s.vectors(2);
         /// Those after the third and every other bounce from there on.
         odd: [Vec4] = |s| s.vectors(3);
-        /// The albedo around each hint; not read where there is one bounce.
+        /// Mean albedo and distances of the lit surfaces around each hint; not read where there is one bounce.
         surroundings: [Surroundings] = |s| if s.options.bounces > 1 { s.hints } else { 0 };
         /// Irradiance per texel of the reduced image, W/m², and 0.
         low: [Vec3Pad] = |s| if s.options.scale == Scale::Full { 0 } else { s.reduced.texels().into() };
@@ -121,72 +122,101 @@ pub struct Buffers {
     pub own: OwnBuffers,
     /// The history.
     pub smooth: SmoothBuffers,
-    /// The numbers 0, 1, …, as many as there are maps or bounces.
+    /// The numbers 0, 1, …
     indices: Vec<Buffer>,
     sizes: Sizes,
 }
 
-impl Buffers {
-    fn index_count(s: &Sizes) -> usize {
-        s.maps.max(s.options.bounces as usize + 1)
+impl GpuTechnique for RadianceHints {
+    fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
+        let (options, draw, hints) = (setup.options, setup.draw(), setup.lattice.hints());
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        Sizes {
+            options,
+            maps,
+            hints: hints.into(),
+            pixels,
+            reduced: setup.reduced(size),
+            slots: u64::from(draw.lists(hints)) * u64::from(draw.samples),
+            near: u64::from(hints) * u64::from(draw.near()),
+            depths: match options.visibility {
+                Visibility::Off => 0,
+                Visibility::RsmDepth => maps as u64 * u64::from(options.resolution).pow(2),
+                Visibility::CameraDepth => pixels,
+            },
+        }
     }
 
-    pub(super) fn plan(s: &Sizes) -> Plan {
+    fn plan(s: &Sizes) -> Plan {
         let maps = Maps::plan(s.options.resolution, s.maps);
         let mut plan = maps.and(OwnBuffers::plan(s)).and(SmoothBuffers::plan(&s.smoothed()));
-        (0..Self::index_count(s)).for_each(|_| plan.uniform::<Index>("current"));
-        for (name, count) in [
-            ("samples", s.slots + s.near),
-            ("depths", s.depths),
-            ("blocked", s.blocked_words()),
-            ("stops", s.stop_words()),
-        ] {
+        (0..s.numbers()).for_each(|_| plan.uniform::<Index>("current"));
+        let (blocked, stops) = (s.blocked_words(), s.stop_words());
+        for (name, count) in
+            [("samples", s.slots + s.near), ("depths", s.depths), ("blocked", blocked), ("stops", stops)]
+        {
             plan.index(name, count);
         }
         plan
     }
 
-    pub(super) fn new(device: &Device, queue: &Queue, s: &Sizes) -> Result<Self, GpuError> {
+    fn allocate(device: &Device, queue: &Queue, s: &Sizes, _: &Setup) -> Result<Buffers, GpuError> {
         let own = OwnBuffers::new(device, s)?;
         queue.write_buffer(&own.reduced, 0, bytemuck::bytes_of(&s.reduced));
         let index = |value| uniform_buffer(device, "current", &Index { value });
-        Ok(Self {
+        Ok(Buffers {
             rsm: Maps::new(device, s.options.resolution, s.maps)?,
             own,
             smooth: SmoothBuffers::new(device, &s.smoothed())?,
-            indices: (0..Self::index_count(s) as u32).map(index).collect(),
+            indices: (0..s.numbers()).map(index).collect(),
             sizes: s.clone(),
         })
     }
 
-    pub(super) fn prepare(&self, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
-        let (lattice, hints) = (&setup.lattice, setup.lattice.hints());
-        if u64::from(hints) != self.sizes.hints {
-            let needed = format_args!("{} hints, for which the resources were made", self.sizes.hints);
+    fn named(b: &Buffers) -> Vec<Named<'_>> {
+        let mut all = b.own.named();
+        all.extend([named("tops", &b.rsm.tops), named("copies", &b.own.depths)]);
+        all
+    }
+
+    fn prepare(b: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
+        setup.params.validate()?;
+        let (lattice, hints, size) = (&setup.lattice, setup.lattice.hints(), b.sizes.reduced.size);
+        if u64::from(hints) != b.sizes.hints {
+            let needed = format_args!("{} hints, for which the resources were made", b.sizes.hints);
             return Err(BadOption::new("lattice", format_args!("one of {hints} hints"), needed).into());
         }
-        self.rsm.prepare(queue, inputs.lights, inputs.views)?;
+        b.rsm.prepare(queue, inputs.lights, inputs.views)?;
         let volumes = lattice.volumes();
         let mut volume = [Volume::zeroed(); VOLUMES];
         volume[..volumes.len()].copy_from_slice(volumes);
         let uniform = LatticeUniform { volumes: volumes.len() as u32, hints, pad0: 0, pad1: 0, volume };
-        queue.write_buffer(&self.own.lattice, 0, bytemuck::bytes_of(&uniform));
-        queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&self.settings(setup)));
+        queue.write_buffer(&b.own.lattice, 0, bytemuck::bytes_of(&uniform));
+        queue.write_buffer(&b.own.settings, 0, bytemuck::bytes_of(&b.settings(setup)));
         let n = setup.options.resolution;
         let of_map = |(i, v): (u32, &MapView)| ViewUniform::new(&v.view, [n, n], i * n * n);
         let views: Vec<_> = (0..).zip(inputs.views).map(of_map).collect();
-        queue.write_buffer(&self.own.views, 0, bytemuck::cast_slice(&views));
-        let camera = ViewUniform::new(inputs.camera, self.sizes.reduced.size, 0);
-        queue.write_buffer(&self.own.camera, 0, bytemuck::bytes_of(&camera));
-        self.smooth.prepare(queue, inputs.camera, self.sizes.reduced.size, setup.options.smoothing);
+        queue.write_buffer(&b.own.views, 0, bytemuck::cast_slice(&views));
+        let camera = ViewUniform::new(inputs.camera, size, 0);
+        queue.write_buffer(&b.own.camera, 0, bytemuck::bytes_of(&camera));
+        b.smooth.prepare(queue, inputs.camera, size, setup.options.smoothing);
         Ok(())
     }
 
+    fn restore(b: &Buffers, queue: &Queue, past: &Output) {
+        b.smooth.restore(queue, past.history.as_ref());
+    }
+
+    fn image_buffer(b: &Buffers) -> &Buffer {
+        &b.own.image
+    }
+}
+
+impl Buffers {
     fn settings(&self, setup: &Setup) -> SettingsUniform {
         let Setup { options, params: Params { seed, jitter, footprint, range, disc, reconstruct }, .. } =
             *setup;
-        let draw: Draw = setup.draw();
-        let around = setup.enclosure.unwrap_or_default();
+        let (draw, around) = (setup.draw(), setup.enclosure.unwrap_or_default());
         SettingsUniform {
             samples: options.samples,
             maps: self.sizes.maps as u32,
@@ -210,12 +240,6 @@ impl Buffers {
             pad1: 0,
             enclosure: core::array::from_fn(|face| around.albedo[face].extend(around.depth[face])),
         }
-    }
-
-    pub(super) fn named(&self) -> Vec<Named<'_>> {
-        let mut all = self.own.named();
-        all.extend([named("tops", &self.rsm.tops), named("copies", &self.own.depths)]);
-        all
     }
 
     /// What a dispatch for map `i` binds: the map's buffers and its number.
@@ -245,11 +269,52 @@ impl Buffers {
         self.field(self.sizes.options.bounces)
     }
 
+    /// The irradiance that `reconstruct` writes: that of the reduced image, or of all pixels.
+    pub(crate) fn low(&self) -> &Buffer {
+        if self.sizes.reduced.step == 1 { &self.own.irradiance } else { &self.own.low }
+    }
+
+    /// The irradiance that `shade` reads.
+    pub(crate) fn shaded(&self) -> &Buffer {
+        if self.sizes.smoothed() > 0 { &self.smooth.smoothed } else { &self.own.irradiance }
+    }
+
     /// Floats of a hint.
     #[cfg(feature = "cpu")]
     pub(crate) const fn floats(&self) -> usize {
         4 * self.sizes.options.order.vectors() as usize
     }
+
+    /// Names the results of `near`, whose samples lie behind the `lists` of those of the lists. Where a hint's projection
+    /// grazes a texel's border its window may be another: counted, and with other samples.
+    #[cfg(feature = "cpu")]
+    pub(crate) fn exchange_near(&self, lists: usize, near: &mut Near, x: &mut Exchange<'_>) {
+        let place = |w: &Window| (w.first, w.end, w.map);
+        let windows: Vec<Window> = x.read(&self.own.windows, 0, near.windows.len());
+        let same: Vec<bool> = near.windows.iter().zip(&windows).map(|(a, b)| place(a) == place(b)).collect();
+        let count = near.samples.len() / near.windows.len().max(1);
+        let samples: Vec<Sample> = x.read(&self.own.samples, lists, near.samples.len());
+        // A hint without a window keeps the samples of one that it had.
+        let stale = |i: usize| {
+            near.windows[i / count].first == near.windows[i / count].end && samples[i] != near.samples[i]
+        };
+        let of_samples = (0..samples.len()).map(|i| same[i / count] && !stale(i)).collect();
+        x.same(Some(same));
+        x.elements("window", &self.own.windows, 0, &mut near.windows);
+        x.same(Some(of_samples));
+        x.elements("", &self.own.samples, lists, &mut near.samples);
+        x.same(None);
+    }
+}
+
+/// Adds a dispatch for each map.
+pub(crate) fn for_each_map(
+    b: &Build<'_, RadianceHints>,
+    pass: &mut Pass,
+    entry: (&Module, &'static str),
+    invocations: u64,
+) -> Result<(), GpuError> {
+    (0..b.sizes.maps).try_for_each(|i| b.compute(pass, entry, invocations, &b.buffers.of_map(i)))
 }
 
 #[cfg(test)]
