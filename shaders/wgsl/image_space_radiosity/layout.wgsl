@@ -82,7 +82,7 @@ struct Settings {
     depth: f32,
     /// Likewise the versine of the half angle of its cone of normals.
     versine: f32,
-    /// Reach of what rises beside a block, in its radii.
+    /// Distance of a concave edge within which a block is subdivided, in its radii.
     margin: f32,
     /// Second differences of the irradiance across a block, as a share of the reference irradiance.
     bend: f32,
@@ -102,7 +102,7 @@ struct Settings {
     pad1: f32,
 }
 
-/// How much there is of everything.
+/// Lengths of lists and of the image.
 struct Lengths {
     /// Pixels: the first node of level 1.
     pixels: u32,
@@ -126,7 +126,7 @@ struct Lengths {
     splats: vec2<u32>,
 }
 
-/// What becomes of a block.
+/// State of a block.
 const EMPTY: u32 = 0u;
 const COVERED: u32 = 1u;
 const VALID: u32 = 2u;

@@ -151,7 +151,7 @@ impl Settings {
 }
 
 indirect_core::wgsl_struct! {
-    /// How much there is of everything.
+    /// Lengths of lists and of the image.
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(crate) struct Lengths = "Lengths" {
         pixels: u32,
@@ -324,7 +324,7 @@ buffers! {
         block_table: LevelTable;
         /// That over the texels of a map.
         patch_table: LevelTable;
-        /// How much there is of everything.
+        /// Lengths of lists and of the image.
         lengths: Lengths;
         /// What may change from frame to frame.
         settings: Settings;
