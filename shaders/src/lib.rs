@@ -143,7 +143,7 @@ modules! {
     IMAGE_SPACE_RADIOSITY_PATCHES = [
         "core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
         "image_space_radiosity/texels.wgsl", "image_space_radiosity/patches.wgsl",
-    ] => ["patches_parent", "patches_sources"];
+    ] => ["patches_texels", "patches_parent", "patches_sources", "patches_source_texels"];
     /// One list of lights without discontinuities; twin of `image_space_radiosity::cpu::clusters`.
     IMAGE_SPACE_RADIOSITY_CLUSTERS = [
         "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",

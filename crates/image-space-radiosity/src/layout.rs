@@ -43,15 +43,15 @@ impl Block {
     };
 }
 
-/// What becomes of a block, see [`Block`].
+/// State of a node, see [`Block`].
 pub mod state {
     /// Shows no surface.
     pub const EMPTY: u32 = 0;
-    /// Lies inside a valid block: its light is interpolated.
+    /// Lies inside a valid block: its irradiance is interpolated.
     pub const COVERED: u32 = 1;
-    /// Light is gathered here.
+    /// A fragment: irradiance is gathered here.
     pub const VALID: u32 = 2;
-    /// Consists of smaller blocks.
+    /// Subdivided.
     pub const SPLIT: u32 = 3;
 }
 

@@ -73,10 +73,10 @@ fn visit(layout: &PyramidLayout, level: usize, x: u32, y: u32, order: &mut Vec<u
 
 const QUAD: [(u32, u32); 4] = [(0, 0), (1, 0), (0, 1), (1, 1)];
 
-/// The quadtree over a pyramid, of any size and ragged at right and bottom, as a list that is walked without a stack: from a
+/// The quadtree over a pyramid, of any size and ragged at right and bottom, as a list for a stackless traversal: from a
 /// node either to its first child or to the node that follows it and all beneath it.
 ///
-/// Coarse levels come first and siblings lie side by side, so that a walk touches few cache lines.
+/// Coarse levels come first and siblings lie side by side, so that a traversal touches few cache lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Links {
     /// The pyramid.

@@ -61,9 +61,12 @@ impl Technique for ImageSpaceRadiosity {
                     },
                     gpu: |b, pass, _| gpu::patches(b, pass),
                     data: |b, o, x, _| {
-                        for (i, (map, p)) in b.maps.iter().zip(&mut o.patches).enumerate() {
-                            x.within(&format!("map {i} "));
-                            x.elements("", &map.patches, 0, p);
+                        for part in &b.parts {
+                            let maps = o.patches.iter_mut().enumerate().skip(part.maps.start);
+                            for (i, (map, patches)) in maps.take(part.maps.len()).enumerate() {
+                                x.within(&format!("map {map} "));
+                                x.elements("", &part.buffers.patches, i * patches.len(), patches);
+                            }
                         }
                         x.within("");
                         x.elements("sources", &b.own.sources, 0, &mut o.sources);
@@ -128,9 +131,10 @@ impl Technique for ImageSpaceRadiosity {
                     },
                     gpu: |b, pass, _| gpu::tree(b, pass),
                     data: |b, o, x, _| {
+                        let per_map = o.tree.len() / b.rsm.maps.len().max(1);
                         for part in &b.parts {
-                            let branches = part.range.clone();
-                            x.elements("", &part.buffers.branches, 0, &mut o.tree[branches]);
+                            let tree = &mut o.tree[part.maps.start * per_map..part.maps.end * per_map];
+                            x.elements("", &part.buffers.branches, 0, tree);
                         }
                     },
                 },

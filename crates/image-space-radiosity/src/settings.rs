@@ -123,8 +123,8 @@ indirect_core::settings! {
         pub depth: f32 = 0.05, 0.0..=1e6;
         /// Half angle of its cone of normals, radians, likewise.
         pub normal: f32 = 0.3, 0.0..=10.0;
-        /// Distance, in radii of a block, within which a surface that rises in front of the block's plane beside it subdivides it
-        /// too: irradiance changes fast along concave edges. 0 looks at the block alone, as the paper does.
+        /// Distance to a concave edge, in radii of a block, within which it is subdivided: irradiance varies fast there. Higher: more
+        /// fragments, more exact; 0 looks at the block alone, as the paper does.
         pub margin: f32 = 3.0, 0.0..=1e6;
         /// Second difference of the irradiance across a block, as a share of the reference irradiance, from which on it is
         /// subdivided: Σ Φ/(πD) · r²/D over the coarsest lights, where r is the block's radius and D the squared distance of a

@@ -2,11 +2,12 @@
 // Twin: crates/image-space-radiosity/src/cpu/clusters.rs. Source: Nichols, Shopf & Wyman 2009, §3.4.
 
 @group(0) @binding(1) var<uniform> settings: Settings;
-/// Of this map, levels 1 and coarser.
+/// Levels 1 and coarser of the maps of a part, one map after the other.
 @group(0) @binding(2) var<storage, read> patches: array<Patch>;
 /// Of all maps.
 @group(0) @binding(3) var<storage, read_write> cluster_slots: array<Vpl>;
 @group(0) @binding(4) var<uniform> map_index: MapIndex;
+@group(0) @binding(5) var<uniform> lengths: Lengths;
 
 @compute @workgroup_size(64)
 fn clusters(
@@ -50,5 +51,5 @@ fn node(i: u32) -> Patch {
     if i < first {
         return texel_patch(i);
     }
-    return patches[i - first];
+    return patches[map_index.in_part * lengths.patches + i - first];
 }

@@ -58,11 +58,20 @@ struct LevelPair {
     pad1: u32,
 }
 
-/// One map among all.
+/// Maps whose patches and branches share buffers: as many as a storage binding of any device holds.
+struct Part {
+    first_map: u32,
+    maps: u32,
+    /// Its first branch and the one past its end.
+    first: u32,
+    end: u32,
+}
+
+/// One map.
 struct MapIndex {
+    /// Among all, and within its part.
     map: u32,
-    /// First branch of the part of the tree that holds this map's.
-    first_branch: u32,
+    in_part: u32,
     pad0: u32,
     pad1: u32,
 }
@@ -73,7 +82,7 @@ struct Settings {
     depth: f32,
     /// Likewise the versine of the half angle of its cone of normals.
     versine: f32,
-    /// Reach of what rises beside a block, in its radii.
+    /// Distance of a concave edge within which a block is subdivided, in its radii.
     margin: f32,
     /// Second differences of the irradiance across a block, as a share of the reference irradiance.
     bend: f32,
@@ -93,7 +102,7 @@ struct Settings {
     pad1: f32,
 }
 
-/// How much there is of everything.
+/// Lengths of lists and of the image.
 struct Lengths {
     /// Pixels: the first node of level 1.
     pixels: u32,
@@ -111,12 +120,13 @@ struct Lengths {
     /// Branches of each map, and those of them that are no texels.
     branches: u32,
     coarse_branches: u32,
-    pad0: u32,
+    /// Patches of each map that are no texels.
+    patches: u32,
     /// Width and height of the target of splats.
     splats: vec2<u32>,
 }
 
-/// What becomes of a block.
+/// State of a block.
 const EMPTY: u32 = 0u;
 const COVERED: u32 = 1u;
 const VALID: u32 = 2u;

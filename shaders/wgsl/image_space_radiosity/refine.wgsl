@@ -35,7 +35,7 @@ fn needs_subdivision(i: u32) -> bool {
     if blocks[i].pixels == 0u {
         return false;
     }
-    return has_discontinuity(i) || rises_beside(i) || light_bends(i);
+    return has_discontinuity(i) || is_beside_concave_edge(i) || irradiance_curves(i);
 }
 
 /// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
@@ -45,14 +45,14 @@ fn has_discontinuity(i: u32) -> bool {
     return blocks[i].mixed != 0u || !flat;
 }
 
-/// Whether light bends too much across a block. Where there is no light, nothing bends.
-fn light_bends(i: u32) -> bool {
+/// Whether the coarse lights predict too large a second difference of the irradiance across a block; never without light.
+fn irradiance_curves(i: u32) -> bool {
     let radius = blocks[i].radius;
     return sources_at(blocks[i].position).y * (radius * radius) > settings.bend * reference[0];
 }
 
-/// Whether another surface rises in front of a block's plane just beside it.
-fn rises_beside(i: u32) -> bool {
+/// Whether a block within the margin lies in front of this one's plane, as at a concave edge.
+fn is_beside_concave_edge(i: u32) -> bool {
     if settings.margin == 0.0 {
         return false;
     }
@@ -79,8 +79,8 @@ fn rises_beside(i: u32) -> bool {
     return false;
 }
 
-/// Of a node: the first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is
-/// covered the next coarser one mostly says so.
+/// Of a node: the first block from the coarsest down that needs no subdivision is valid. The search goes from fine to
+/// coarse: where a block is covered the next coarser one is mostly valid or covered too.
 fn state(i: u32) -> u32 {
     let first = table.levels[0].y * table.levels[0].z;
     if block(i, first).pixels == 0u {

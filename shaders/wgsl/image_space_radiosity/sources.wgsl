@@ -1,4 +1,4 @@
-// sources: what the coarsest lights tell before any is gathered: how bright it is about there, and where light bends.
+// sources: the irradiance of the coarsest lights and its second difference, estimated before any light is gathered.
 // Twin: crates/image-space-radiosity/src/cpu/sources.rs.
 
 /// The coarsest lights; one without flux where there are none.
@@ -9,7 +9,7 @@
 
 const SOURCES_PI: f32 = 3.14159265358979;
 
-/// Irradiance that the lights would cast at a point if all faced it, and what it bends there across the distance 1.
+/// Irradiance that the lights would cast at a point if all faced it, and its second difference there over unit distance.
 fn sources_at(position: vec3<f32>) -> vec2<f32> {
     var sum = vec2(0.0);
     for (var i = 0u; i < arrayLength(&sources); i++) {

@@ -2,14 +2,6 @@
 // dispatch per part of the tree.
 // Twin: crates/image-space-radiosity/src/cpu/traverse.rs. Source: Nichols, Shopf & Wyman 2009, §3.5.1.
 
-/// A part of the tree: its first branch and the one past its end.
-struct Part {
-    first: u32,
-    end: u32,
-    pad0: u32,
-    pad1: u32,
-}
-
 @group(0) @binding(0) var<uniform> part: Part;
 @group(0) @binding(1) var<storage, read> branches: array<Branch>;
 @group(0) @binding(2) var<storage, read> fragment_positions: array<vec4<f32>>;

@@ -2,31 +2,34 @@
 // Twin: crates/image-space-radiosity/src/cpu/tree.rs. Source: Nichols, Shopf & Wyman 2009, §3.5, eq. 7–8; docs/errata.md.
 
 @group(0) @binding(1) var<uniform> settings: Settings;
-/// Of this map, levels 1 and coarser.
+/// Levels 1 and coarser of the maps of a part, one map after the other.
 @group(0) @binding(2) var<storage, read> patches: array<Patch>;
 /// Node, next branch, first child and 0.
 @group(0) @binding(3) var<storage, read> links: array<vec4<u32>>;
 /// The reference irradiance.
 @group(0) @binding(4) var<storage, read> reference: array<f32>;
-/// The part of the tree that holds this map's branches.
+/// Of the maps of a part, one map after the other.
 @group(0) @binding(5) var<storage, read_write> branches: array<Branch>;
 @group(0) @binding(6) var<uniform> map_index: MapIndex;
 @group(0) @binding(7) var<uniform> lengths: Lengths;
+@group(0) @binding(8) var<uniform> part: Part;
 
 const ALWAYS: f32 = 1e18;
 const PI: f32 = 3.14159265358979;
 
-/// The branches above the texels, which come first; one thread each.
+/// The branches above the texels, which come first, of all maps of a part; one thread each.
 @compute @workgroup_size(64)
 fn tree(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
-    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < lengths.coarse_branches {
+    let k = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if k < part.maps * lengths.coarse_branches {
+        let map = k / lengths.coarse_branches;
+        let i = k % lengths.coarse_branches;
         let node = links[i].x;
-        let own = patches[node - table.levels[0].y * table.levels[0].z];
+        let own = patches[map * lengths.patches + node - table.levels[0].y * table.levels[0].z];
         let level = place(node).x;
         var reach = 0.0;
         if level > table.finest && weight(own.flux) > 0.0 {
@@ -35,11 +38,11 @@ fn tree(
                 reach = reach_of(own, settings.tau * reference[0]);
             }
         }
-        store(i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), reach);
+        store(part.first_map + map, i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), reach);
     }
 }
 
-/// Those of the texels, where they are the finest.
+/// Those of the texels of a map, where they are the finest.
 @compute @workgroup_size(64)
 fn tree_texels(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -49,16 +52,16 @@ fn tree_texels(
     let i = lengths.coarse_branches + grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < lengths.branches {
         let own = texel_patch(links[i].x);
-        store(i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), 0.0);
+        store(map_index.map, i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), 0.0);
     }
 }
 
-fn store(i: u32, light: Vpl, reach: f32) {
-    // Of the maps before.
-    let base = map_index.map * lengths.branches;
+/// Stores branch i of a map.
+fn store(map: u32, i: u32, light: Vpl, reach: f32) {
+    let base = map * lengths.branches;
     let next = base + links[i].y;
     let child = base + links[i].z;
-    branches[base - map_index.first_branch + i] =
+    branches[base - part.first + i] =
         Branch(light.position, light.area, light.normal, reach, light.flux, next, child, 0u, 0u, 0u);
 }
 

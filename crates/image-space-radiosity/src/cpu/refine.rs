@@ -1,8 +1,7 @@
 //! `refine`: where light is gathered, in one pass over all levels (§3.2.1).
 //!
-//! A block is *valid* where it needs no subdivision and every block above it does. Each node decides that alone, by asking
-//! all blocks that contain it. So every surface pixel is
-//! covered by exactly one valid block.
+//! A block is *valid* where it needs no subdivision and every block that contains it does: each surface pixel lies in exactly one
+//! valid block. Each node decides that by itself.
 
 use indirect_core::math::versine_of_sum;
 use rayon::prelude::*;
@@ -23,8 +22,8 @@ pub struct Subdivision {
     pub thresholds: Thresholds,
     /// See [`Params::margin`](crate::Params::margin).
     pub margin: f32,
-    /// Second differences of the irradiance beyond which light bends too much across it, W/m²: [`Params::bend`](crate::Params::bend)
-    /// times the reference irradiance.
+    /// Largest second difference of the irradiance across it, W/m²: [`Params::bend`](crate::Params::bend) times the reference
+    /// irradiance.
     pub bend: f32,
 }
 
@@ -51,8 +50,8 @@ pub fn refine(
             }
             u32::from(
                 has_discontinuity(own, depth, versine)
-                    || rises_beside(own, ring, l.size, [x, y], versine, margin)
-                    || light_bends(own, sources, bend),
+                    || is_beside_concave_edge(own, ring, l.size, [x, y], versine, margin)
+                    || irradiance_curves(own, sources, bend),
             )
         })
         .collect()
@@ -70,7 +69,7 @@ pub fn stencil(blocks: &Blocks<'_>, needs: &[u32], layout: &PyramidLayout, coars
                 return state::EMPTY;
             }
             let (level, x, y) = place(layout, i);
-            // From below: where a block is covered the next coarser one mostly says so.
+            // From fine to coarse: where a block is covered the next coarser one is mostly valid or covered too.
             for above in level + 1..=coarsest {
                 let l = layout.levels[above];
                 let shift = above - level;
@@ -100,13 +99,13 @@ fn has_discontinuity(block: &Block, depth: f32, versine: f32) -> bool {
     block.mixed != 0 || !flat
 }
 
-/// Whether light bends too much across a block. Where there is no light, nothing bends.
-fn light_bends(block: &Block, sources: &[Patch], most: f32) -> bool {
+/// Whether the coarse lights predict too large a second difference of the irradiance across a block; never without light.
+fn irradiance_curves(block: &Block, sources: &[Patch], most: f32) -> bool {
     sources_at(sources, block.position).1 * (block.radius * block.radius) > most
 }
 
-/// Whether another surface rises in front of a block's plane just beside it. `ring` are the blocks of its level.
-fn rises_beside(
+/// Whether a block within the margin lies in front of this one's plane, as at a concave edge. `ring` are the blocks of its level.
+fn is_beside_concave_edge(
     own: &Block,
     ring: &[Block],
     size: [u32; 2],

@@ -1,4 +1,4 @@
-//! `sources`: what the coarsest lights tell before any is gathered: how bright it is about there, and where light bends.
+//! `sources`: the irradiance of the coarsest lights and its second difference, estimated before any light is gathered.
 
 use core::f32::consts::PI;
 
@@ -20,8 +20,8 @@ pub fn sources(maps: &[Patches<'_>], level: usize, layout: &PyramidLayout) -> Ve
     maps.iter().flat_map(|map| nodes.clone().map(|node| map.at(node))).collect()
 }
 
-/// Mean over the channels of the irradiance that the lights would cast at a point if all faced it, and of what it bends
-/// there across the distance 1: `Σ Φ/(πD)` in W/m² and `Σ Φ/(πD²)` in W/m⁴.
+/// Mean over the channels of the irradiance that the lights would cast at a point if all faced it, and of its second difference
+/// there over unit distance: `Σ Φ/(πD)` in W/m² and `Σ Φ/(πD²)` in W/m⁴.
 #[must_use]
 pub fn sources_at(sources: &[Patch], position: Vec3) -> (f32, f32) {
     let (mut irradiance, mut bend) = (0.0, 0.0);

@@ -1,7 +1,7 @@
 //! `traverse`: each tile of neighbouring fragments gathers its own cut through the tree of lights (§3.5.1).
 //!
-//! The walk keeps no stack: from a branch it goes to [`Branch::child`] or to [`Branch::next`]. The fragments of a tile share the
-//! cut that the nearest of them needs, which is at least as fine as each alone: so one walk serves a whole block of the
+//! The traversal keeps no stack: from a branch it goes to [`Branch::child`] or to [`Branch::next`]. The fragments of a tile share the
+//! cut that the nearest of them needs, which is at least as fine as each alone: so one traversal serves a whole block of the
 //! gather's kernel.
 
 use glam::Vec3;
@@ -61,7 +61,7 @@ impl Tile {
     }
 }
 
-/// The lights that the fragments of a tile need, in the order of the walk.
+/// The lights that the fragments of a tile need, in the order of the traversal.
 pub fn cut(tree: &[Branch], tile: &Tile, lights: &mut Vec<Vpl>) {
     lights.clear();
     let mut i = 0;

@@ -90,24 +90,24 @@ impl LevelTable {
 }
 
 indirect_core::wgsl_struct! {
-    /// One map among all.
+    /// One map.
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(crate) struct MapIndex = "MapIndex" {
         map: u32,
-        first_branch: u32,
+        in_part: u32,
         pad0: u32,
         pad1: u32,
     }
 }
 
 indirect_core::wgsl_struct! {
-    /// A part of the tree.
+    /// Maps whose patches and branches share buffers.
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(crate) struct PartRange = "Part" {
+        first_map: u32,
+        maps: u32,
         first: u32,
         end: u32,
-        pad0: u32,
-        pad1: u32,
     }
 }
 
@@ -151,7 +151,7 @@ impl Settings {
 }
 
 indirect_core::wgsl_struct! {
-    /// How much there is of everything.
+    /// Lengths of lists and of the image.
     #[derive(Debug, Clone, Copy, Pod, Zeroable)]
     pub(crate) struct Lengths = "Lengths" {
         pixels: u32,
@@ -163,7 +163,7 @@ indirect_core::wgsl_struct! {
         receivers: u32,
         branches: u32,
         coarse_branches: u32,
-        pad0: u32,
+        patches: u32,
         splats: [u32; 2],
     }
 }
@@ -197,8 +197,17 @@ impl Sizes {
     }
 
     /// Nodes of the pyramid over the texels of a map.
-    pub(super) fn patches(&self) -> u64 {
+    pub(super) fn map_nodes(&self) -> u64 {
         self.pyramids.texels.len() as u64
+    }
+
+    pub(super) fn texels(&self) -> u64 {
+        self.pyramids.texels.levels[0].len() as u64
+    }
+
+    /// Patches of each map, which are no texels.
+    pub(super) fn patches(&self) -> u64 {
+        self.map_nodes() - self.texels()
     }
 
     /// Maps that have patches.
@@ -222,27 +231,31 @@ impl Sizes {
 
     /// Those of them that are no texels.
     pub(super) fn coarse_branches(&self) -> u64 {
-        let texels =
-            if self.pyramids.range[1] == 0 { self.pyramids.texels.levels[0].len() as u64 } else { 0 };
+        let texels = if self.pyramids.range[1] == 0 { self.texels() } else { 0 };
         self.branches().saturating_sub(texels)
     }
 
-    /// Maps whose branches are one part of the tree: as many as a binding of any device holds.
-    fn maps_per_part(&self) -> u64 {
-        (PART / (self.branches().max(1) * size_of::<Branch>() as u64)).max(1)
+    /// Maps whose branches a storage binding of any device holds, at least one.
+    fn maps_per_part(&self) -> usize {
+        (PART / (self.map_nodes() * size_of::<Branch>() as u64)).max(1) as usize
     }
 
-    /// The branches of each part of the tree.
-    fn parts(&self) -> impl Iterator<Item = Range<u64>> {
-        let (per_part, all) = (self.maps_per_part() * self.branches(), self.maps as u64 * self.branches());
-        (0..all.div_ceil(per_part.max(1))).map(move |i| i * per_part..((i + 1) * per_part).min(all))
+    /// The maps of each part.
+    fn parts(&self) -> impl Iterator<Item = Range<usize>> {
+        let (per_part, all) = (self.maps_per_part(), self.patch_maps());
+        (0..all).step_by(per_part).map(move |first| first..(first + per_part).min(all))
+    }
+
+    fn part(&self, maps: &Range<usize>) -> PartSizes {
+        let maps = maps.len() as u64;
+        PartSizes { patches: maps * self.patches(), branches: maps * self.branches() }
     }
 
     /// Slots of lights that are a list.
     fn light_slots(&self) -> u64 {
         match self.options.lights {
             Lights::Hierarchical => 0,
-            Lights::Basic => self.maps as u64 * self.patches(),
+            Lights::Basic => self.maps as u64 * self.map_nodes(),
             Lights::Flat => self.options.selection().slot_count(self.maps, self.options.resolution) as u64,
         }
     }
@@ -311,7 +324,7 @@ buffers! {
         block_table: LevelTable;
         /// That over the texels of a map.
         patch_table: LevelTable;
-        /// How much there is of everything.
+        /// Lengths of lists and of the image.
         lengths: Lengths;
         /// What may change from frame to frame.
         settings: Settings;
@@ -320,31 +333,30 @@ buffers! {
     }
 }
 
-buffers! {
-    /// Buffers of a map, beside the map itself.
-    pub struct PatchBuffers for Sizes {
-        /// Patches, level 1 first.
-        patches: [Patch] = |s| s.patches() - s.pyramids.texels.levels[0].len() as u64;
-        /// Its number.
-        map_index: MapIndex;
-    }
+/// What the lengths of [`PartBuffers`] follow from.
+#[derive(Debug, Clone, Copy)]
+pub struct PartSizes {
+    patches: u64,
+    branches: u64,
 }
 
 buffers! {
-    /// Buffers of a part of the tree.
-    pub struct PartBuffers for Range<u64> {
-        /// The branches of some maps.
-        branches: [Branch] = |range| range.end - range.start;
+    /// Buffers of the maps of a part, one map after the other.
+    pub struct PartBuffers for PartSizes {
+        /// Patches, level 1 first.
+        patches: [Patch] = |s| s.patches;
+        /// Branches of the tree.
+        branches: [Branch] = |s| s.branches;
         /// Which.
         part: PartRange;
     }
 }
 
-/// A part of the tree: the branches of as many maps as a storage binding holds.
+/// As many maps as a storage binding of any device holds the branches of.
 #[derive(Debug)]
 pub struct Part {
-    /// Its branches among all.
-    pub range: Range<usize>,
+    /// Its maps.
+    pub maps: Range<usize>,
     /// The buffers.
     pub buffers: PartBuffers,
 }
@@ -354,10 +366,10 @@ pub struct Part {
 pub struct Buffers {
     /// The maps.
     pub rsm: Maps,
-    /// Patches of each map.
-    pub maps: Vec<PatchBuffers>,
-    /// The tree.
+    /// Patches and branches.
     pub parts: Vec<Part>,
+    /// A uniform for each map.
+    pub(super) map_indices: Vec<Buffer>,
     /// The VPLs of [`Lights::Flat`].
     pub vpls: Option<VplSlots>,
     /// Lights with flux.
@@ -368,7 +380,6 @@ pub struct Buffers {
     pub(super) block_levels: Vec<Buffer>,
     pub(super) patch_levels: Vec<Buffer>,
     size: [u32; 2],
-    maps_per_part: usize,
 }
 
 impl Buffers {
@@ -376,11 +387,6 @@ impl Buffers {
     #[must_use]
     pub fn light_slots(&self) -> &Buffer {
         self.vpls.as_ref().map_or(&self.own.cluster_slots, |vpls| &vpls.buffers.slots)
-    }
-
-    /// The part of the tree that holds the branches of a map.
-    pub(super) fn part_of(&self, map: usize) -> Option<&Part> {
-        self.parts.get(map / self.maps_per_part)
     }
 }
 
@@ -392,12 +398,10 @@ impl GpuTechnique for ImageSpaceRadiosity {
     fn plan(s: &Sizes) -> Plan {
         let Options { resolution, lights, .. } = s.options;
         let mut plan = Maps::plan_with(resolution, s.maps, s.options.has_pyramids());
-        for _ in 0..s.patch_maps() {
-            plan = plan.and(PatchBuffers::plan(s));
+        for maps in s.parts() {
+            plan = plan.and(PartBuffers::plan(&s.part(&maps)));
         }
-        for part in s.parts() {
-            plan = plan.and(PartBuffers::plan(&part));
-        }
+        (0..s.patch_maps()).for_each(|_| plan.uniform::<MapIndex>("map_index"));
         if lights == Lights::Flat {
             plan = plan.and(VplSlots::plan(s.options.selection(), resolution, s.maps));
         }
@@ -420,22 +424,20 @@ impl GpuTechnique for ImageSpaceRadiosity {
             let pair = |level| uniform_buffer(device, "level", &LevelPair::new(layout, level));
             (0..layout.levels.len()).map(pair).collect()
         };
-        let part = |range: Range<u64>| {
-            let buffers = PartBuffers::new(device, &range)?;
-            let part = PartRange { first: range.start as u32, end: range.end as u32, pad0: 0, pad1: 0 };
+        let part = |maps: Range<usize>| {
+            let buffers = PartBuffers::new(device, &s.part(&maps))?;
+            let [first, end] = [maps.start, maps.end].map(|map| map as u32 * s.branches() as u32);
+            let part = PartRange { first_map: maps.start as u32, maps: maps.len() as u32, first, end };
             write(&buffers.part, 0, bytemuck::bytes_of(&part));
-            Ok(Part { range: range.start as usize..range.end as usize, buffers })
+            Ok(Part { maps, buffers })
         };
-        let map = |map: usize| {
-            let buffers = PatchBuffers::new(device, s)?;
-            let first_branch = (map as u64 / s.maps_per_part() * s.maps_per_part() * s.branches()) as u32;
-            let index = MapIndex { map: map as u32, first_branch, pad0: 0, pad1: 0 };
-            write(&buffers.map_index, 0, bytemuck::bytes_of(&index));
-            Ok(buffers)
+        let map_index = |map: usize| {
+            let in_part = (map % s.maps_per_part()) as u32;
+            uniform_buffer(device, "map_index", &MapIndex { map: map as u32, in_part, pad0: 0, pad1: 0 })
         };
         let buffers = Buffers {
             rsm: Maps::with(device, resolution, s.maps, s.options.has_pyramids())?,
-            maps: (0..s.patch_maps()).map(map).collect::<Result<_, GpuError>>()?,
+            map_indices: (0..s.patch_maps()).map(map_index).collect(),
             parts: s.parts().map(part).collect::<Result<_, GpuError>>()?,
             vpls: (lights == Lights::Flat)
                 .then(|| VplSlots::new(device, s.options.selection(), resolution, s.maps))
@@ -445,14 +447,13 @@ impl GpuTechnique for ImageSpaceRadiosity {
             block_levels: levels(&s.pyramids.pixels),
             patch_levels: levels(&s.pyramids.texels),
             size: s.size,
-            maps_per_part: s.maps_per_part() as usize,
         };
 
         let own = &buffers.own;
         let Pyramids { pixels, block, texels, range } = &s.pyramids;
         let table = LevelTable::new(pixels, [*block, 0], s.nodes());
         write(&own.block_table, 0, bytemuck::bytes_of(&table));
-        let table = LevelTable::new(texels, *range, s.patches());
+        let table = LevelTable::new(texels, *range, s.map_nodes());
         write(&own.patch_table, 0, bytemuck::bytes_of(&table));
         let receivers = pixels.levels[level_of_cells(pixels, RECEIVER_CELLS)];
         let lengths = Lengths {
@@ -465,7 +466,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
             receivers: receivers.len() as u32,
             branches: s.branches() as u32,
             coarse_branches: s.coarse_branches() as u32,
-            pad0: 0,
+            patches: s.patches() as u32,
             splats: s.splats(),
         };
         write(&own.lengths, 0, bytemuck::bytes_of(&lengths));
@@ -559,16 +560,16 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_of_the_tree_hold_every_branch_once() {
+    fn parts_hold_every_map_once_within_a_binding() {
         for (resolution, maps, parts) in [(256, 24, 1), (512, 12, 2), (1024, 2, 2), (16, 0, 0)] {
             let options = Options { resolution, ..Options::default() };
             let s = ImageSpaceRadiosity::sizes(&Setup { options, ..Setup::default() }, [1, 1], maps);
-            let mut next = 0;
+            assert!(s.parts().flatten().eq(0..maps));
+            assert_eq!(s.parts().count(), parts);
             for part in s.parts() {
-                assert_eq!(part.start, next);
-                next = part.end;
+                let plan = PartBuffers::plan(&s.part(&part));
+                plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
             }
-            assert_eq!((next, s.parts().count()), (maps as u64 * s.branches(), parts));
         }
     }
 }

@@ -12,7 +12,7 @@ mod buffers;
 mod passes;
 mod splat;
 
-pub use buffers::{Buffers, FrameBuffers, Part, PartBuffers, PatchBuffers, Sizes};
+pub use buffers::{Buffers, FrameBuffers, Part, PartBuffers, PartSizes, Sizes};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
 pub(crate) use passes::{

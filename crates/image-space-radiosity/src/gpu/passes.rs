@@ -6,29 +6,47 @@ use indirect_gpu::shaders::{
 };
 use indirect_gpu::{GpuError, Named, Pass, named};
 
-use super::buffers::{GATHER_ARGUMENTS, TRAVERSE_ARGUMENTS};
+use super::buffers::{GATHER_ARGUMENTS, Part, TRAVERSE_ARGUMENTS};
 use crate::output::ImageSpaceRadiosity;
 
 pub(super) type Build<'a> = indirect_technique::gpu::Build<'a, ImageSpaceRadiosity>;
 
-/// What kernels that look at a map bind: its texels and patches.
-fn map_named<'a>(b: &Build<'a>, map: usize) -> Vec<Named<'a>> {
-    let mut own = b.buffers.rsm.maps[map].named();
-    own.extend(b.buffers.maps[map].named());
-    own
+/// Each map with what kernels bind that look at its texels: them, and the part that holds its patches.
+fn maps<'a>(b: &Build<'a>) -> impl Iterator<Item = Vec<Named<'a>>> {
+    let of_part = |part: &'a Part| part.maps.clone().map(move |map| (part, map));
+    let buffers = b.buffers;
+    buffers.parts.iter().flat_map(of_part).map(|(part, map)| {
+        let mut own = buffers.rsm.maps[map].named();
+        own.extend(part.buffers.named());
+        own.push(named("map_index", &buffers.map_indices[map]));
+        own
+    })
 }
 
 pub(crate) fn patches(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    let (levels, texels) = (&b.buffers.patch_levels, &b.sizes.pyramids.texels);
-    for map in 0..b.buffers.maps.len() {
-        let own = map_named(b, map);
-        let pair = |level: usize| [&own[..], &[named("pair", &levels[level])]].concat();
-        for (level, l) in texels.levels.iter().enumerate().skip(1) {
-            b.compute(pass, (&PATCHES, "patches_parent"), l.len() as u64, &pair(level))?;
-        }
-        b.compute(pass, (&PATCHES, "patches_sources"), 1, &pair(b.sizes.pyramids.source_level()))?;
+    let (levels, source) = (&b.sizes.pyramids.texels.levels, b.sizes.pyramids.source_level());
+    let pair = |level: usize| named("pair", &b.buffers.patch_levels[level]);
+    let of_map = |pass: &mut Pass, entry, level: usize| {
+        maps(b).try_for_each(|mut own| {
+            own.push(pair(level));
+            b.compute(pass, (&PATCHES, entry), levels[level].len() as u64, &own)
+        })
+    };
+    let of_part = |pass: &mut Pass, entry, level: usize| {
+        b.buffers.parts.iter().try_for_each(|part| {
+            let own = [&part.buffers.named()[..], &[pair(level)]].concat();
+            b.compute(pass, (&PATCHES, entry), (part.maps.len() * levels[level].len()) as u64, &own)
+        })
+    };
+    if levels.len() > 1 {
+        of_map(pass, "patches_texels", 1)?;
     }
-    Ok(())
+    (2..levels.len()).try_for_each(|level| of_part(pass, "patches_parent", level))?;
+    if source > 0 {
+        of_part(pass, "patches_sources", source)
+    } else {
+        of_map(pass, "patches_source_texels", 0)
+    }
 }
 
 pub(crate) fn mips(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
@@ -48,21 +66,21 @@ pub(crate) fn vpls(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 }
 
 pub(crate) fn clusters(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    (0..b.buffers.maps.len()).try_for_each(|map| {
-        let table = [named("table", &b.buffers.own.patch_table)];
-        let own = [&map_named(b, map)[..], &table].concat();
-        b.compute(pass, (&CLUSTERS, "clusters"), b.sizes.patches(), &own)
+    maps(b).try_for_each(|mut own| {
+        own.push(named("table", &b.buffers.own.patch_table));
+        b.compute(pass, (&CLUSTERS, "clusters"), b.sizes.map_nodes(), &own)
     })
 }
 
 pub(crate) fn tree(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    for map in 0..b.buffers.maps.len() {
-        let Some(part) = b.buffers.part_of(map) else { continue };
-        let mut own = map_named(b, map);
-        own.extend([named("table", &b.buffers.own.patch_table), named("branches", &part.buffers.branches)]);
-        let coarse = b.sizes.coarse_branches();
-        b.compute(pass, (&TREE, "tree"), coarse, &own)?;
-        b.compute(pass, (&TREE, "tree_texels"), b.sizes.branches() - coarse, &own)?;
+    let (branches, coarse) = (b.sizes.branches(), b.sizes.coarse_branches());
+    for part in &b.buffers.parts {
+        let mut own = part.buffers.named();
+        own.push(named("table", &b.buffers.own.patch_table));
+        b.compute(pass, (&TREE, "tree"), part.maps.len() as u64 * coarse, &own)?;
+    }
+    if branches > coarse {
+        maps(b).try_for_each(|own| b.compute(pass, (&TREE, "tree_texels"), branches - coarse, &own))?;
     }
     Ok(())
 }
