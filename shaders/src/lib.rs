@@ -163,32 +163,35 @@ modules! {
     FILTER_SMOOTH = ["core/grid.wgsl", "core/view.wgsl", "filter/smooth.wgsl"] => ["smooth_pixels"];
     /// Blocks of the camera's pixels; twin of `image_space_radiosity::cpu::mips`.
     IMAGE_SPACE_RADIOSITY_MIPS = [
-        "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/mips.wgsl",
-    ] => ["mips_leaf", "mips_parent"];
+        "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",
+        "image_space_radiosity/mips.wgsl",
+    ] => ["mips_parent"];
     /// Which blocks light is gathered at; twin of `image_space_radiosity::cpu::sources` and `refine`.
     IMAGE_SPACE_RADIOSITY_REFINE = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/sources.wgsl", "image_space_radiosity/refine.wgsl",
+        "image_space_radiosity/pixel.wgsl", "image_space_radiosity/blocks.wgsl", "image_space_radiosity/sources.wgsl",
+        "image_space_radiosity/refine.wgsl",
     ] => ["reference_irradiance", "refine", "stencil"];
     /// The valid blocks as a list; twin of `image_space_radiosity::cpu::compact`.
     IMAGE_SPACE_RADIOSITY_COMPACT = [
-        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/compact.wgsl",
-    ] => ["compact_count", "compact_scan", "compact_write", "compact_arguments"];
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",
+        "image_space_radiosity/blocks.wgsl", "image_space_radiosity/compact.wgsl",
+    ] => ["compact_count", "compact_scan", "compact_write", "compact_arguments", "compact_points"];
     /// Texels of reflective shadow maps put together to lights; twin of `image_space_radiosity::cpu::patches`.
     IMAGE_SPACE_RADIOSITY_PATCHES = [
         "core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
-        "image_space_radiosity/patches.wgsl",
-    ] => ["patches_leaf", "patches_parent"];
+        "image_space_radiosity/texels.wgsl", "image_space_radiosity/patches.wgsl",
+    ] => ["patches_parent", "patches_sources"];
     /// One list of lights without discontinuities; twin of `image_space_radiosity::cpu::clusters`.
     IMAGE_SPACE_RADIOSITY_CLUSTERS = [
         "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/clusters.wgsl",
+        "image_space_radiosity/texels.wgsl", "image_space_radiosity/clusters.wgsl",
     ] => ["clusters"];
     /// Lights in the order of a traversal; twin of `image_space_radiosity::cpu::tree`.
     IMAGE_SPACE_RADIOSITY_TREE = [
-        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/tree.wgsl",
-    ] => ["tree"];
+        "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
+        "image_space_radiosity/texels.wgsl", "image_space_radiosity/tree.wgsl",
+    ] => ["tree", "tree_texels"];
     /// Gathers a cut through the tree; twin of `image_space_radiosity::cpu::traverse`.
     IMAGE_SPACE_RADIOSITY_TRAVERSE = [
         "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/traverse.wgsl",
@@ -200,8 +203,9 @@ modules! {
     ] => ["splat_vertex", "splat", "splat_bounded_vertex", "splat_bounded", "splat_resolve"];
     /// Irradiance from blocks to pixels; twin of `image_space_radiosity::cpu::upsample`.
     IMAGE_SPACE_RADIOSITY_UPSAMPLE = [
-        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/upsample.wgsl",
-    ] => ["pull", "push"];
+        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",
+        "image_space_radiosity/blocks.wgsl", "image_space_radiosity/upsample.wgsl",
+    ] => ["pull_pixels", "pull", "push_pixels", "push"];
     /// Samples of reflective shadow maps for radiance hints; twin of `radiance_hints::cpu::sample` and `near`.
     RADIANCE_HINTS_SAMPLE = [
         "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/warp.wgsl",

@@ -4,28 +4,29 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use rsm::Vpl;
 
-/// A square block of `2^level` × `2^level` pixels of the camera: mean and bounds of the surfaces that it shows. 48 bytes.
-///
-/// A block that shows no surface is [`Block::EMPTY`].
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Block {
-    /// Mean world position of its surface pixels, metres; of a pixel, its position.
-    pub position: Vec3,
-    /// Least view depth, metres.
-    pub depth_min: f32,
-    /// Unit axis of a cone that contains all normals; of a pixel, its normal.
-    pub normal: Vec3,
-    /// Greatest view depth, metres; below `depth_min` in an empty block.
-    pub depth_max: f32,
-    /// `1 − cos` of the cone's half angle, `[0, 2]`.
-    pub versine: f32,
-    /// Number of pixels that show a surface.
-    pub pixels: u32,
-    /// 1 where it shows both a surface and the background, else 0.
-    pub mixed: u32,
-    /// Radius of a sphere around `position` that contains the positions of its pixels, metres.
-    pub radius: f32,
+indirect_core::wgsl_struct! {
+    /// A square block of `2^level` × `2^level` pixels of the camera: mean and bounds of the surfaces that it shows. 48 bytes.
+    ///
+    /// A block that shows no surface is [`Block::EMPTY`].
+    #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+    pub struct Block = "Block" {
+        /// Mean world position of its surface pixels, metres; of a pixel, its position.
+        pub position: Vec3,
+        /// Least view depth, metres.
+        pub depth_min: f32,
+        /// Unit axis of a cone that contains all normals; of a pixel, its normal.
+        pub normal: Vec3,
+        /// Greatest view depth, metres; below `depth_min` in an empty block.
+        pub depth_max: f32,
+        /// `1 − cos` of the cone's half angle, `[0, 2]`.
+        pub versine: f32,
+        /// Number of pixels that show a surface.
+        pub pixels: u32,
+        /// 1 where it shows both a surface and the background, else 0.
+        pub mixed: u32,
+        /// Radius of a sphere around `position` that contains the positions of its pixels, metres.
+        pub radius: f32,
+    }
 }
 
 impl Block {
@@ -54,33 +55,34 @@ pub mod state {
     pub const SPLIT: u32 = 3;
 }
 
-/// A square patch of `2^level` × `2^level` texels of a reflective shadow map as one light: sums, means and bounds over the
-/// texels that reflect. 64 bytes.
-///
-/// A patch that reflects nothing is all zeros.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Patch {
-    /// Mean position, weighted by flux, metres.
-    pub position: Vec3,
-    /// Sum of the areas, m².
-    pub area: f32,
-    /// Mean normal, weighted by flux, made unit: the axis of a cone that contains all normals.
-    pub normal: Vec3,
-    /// Radius of a sphere around `position` that contains the patch, metres.
-    pub radius: f32,
-    /// Sum of the reflected flux, W.
-    pub flux: Vec3,
-    /// `1 − cos` of the cone's half angle, `[0, 2]`.
-    pub versine: f32,
-    /// Bound of the texels' distance from the plane through `position` across `normal`, metres.
-    pub relief: f32,
-    /// Fills the row.
-    pub pad0: f32,
-    /// Fills the row.
-    pub pad1: f32,
-    /// Fills the row.
-    pub pad2: f32,
+indirect_core::wgsl_struct! {
+    /// A square patch of `2^level` × `2^level` texels of a reflective shadow map as one light: sums, means and bounds over the
+    /// texels that reflect. 64 bytes.
+    ///
+    /// A patch that reflects nothing is all zeros.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+    pub struct Patch = "Patch" {
+        /// Mean position, weighted by flux, metres.
+        pub position: Vec3,
+        /// Sum of the areas, m².
+        pub area: f32,
+        /// Mean normal, weighted by flux, made unit: the axis of a cone that contains all normals.
+        pub normal: Vec3,
+        /// Radius of a sphere around `position` that contains the patch, metres.
+        pub radius: f32,
+        /// Sum of the reflected flux, W.
+        pub flux: Vec3,
+        /// `1 − cos` of the cone's half angle, `[0, 2]`.
+        pub versine: f32,
+        /// Bound of the texels' distance from the plane through `position` across `normal`, metres.
+        pub relief: f32,
+        /// Fills the row.
+        pub pad0: f32,
+        /// Fills the row.
+        pub pad1: f32,
+        /// Fills the row.
+        pub pad2: f32,
+    }
 }
 
 impl Patch {
@@ -97,30 +99,31 @@ impl Patch {
     }
 }
 
-/// A patch as the traversal sees it, linked to its children and past them. 64 bytes, a cache line.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Branch {
-    /// See [`Patch::position`].
-    pub position: Vec3,
-    /// See [`Patch::area`].
-    pub area: f32,
-    /// See [`Patch::normal`].
-    pub normal: Vec3,
-    /// Receivers nearer to `position` than this need the children, metres; 0 where there are none.
-    pub reach: f32,
-    /// See [`Patch::flux`].
-    pub flux: Vec3,
-    /// Index of the branch that follows when the children are skipped.
-    pub next: u32,
-    /// Index of the first child; meaningless where `reach` is 0.
-    pub child: u32,
-    /// Fills the row.
-    pub pad0: u32,
-    /// Fills the row.
-    pub pad1: u32,
-    /// Fills the row.
-    pub pad2: u32,
+indirect_core::wgsl_struct! {
+    /// A patch as the traversal sees it, linked to its children and past them. 64 bytes, a cache line.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+    pub struct Branch = "Branch" {
+        /// See [`Patch::position`].
+        pub position: Vec3,
+        /// See [`Patch::area`].
+        pub area: f32,
+        /// See [`Patch::normal`].
+        pub normal: Vec3,
+        /// Receivers nearer to `position` than this need the children, metres; 0 where there are none.
+        pub reach: f32,
+        /// See [`Patch::flux`].
+        pub flux: Vec3,
+        /// Index of the branch that follows when the children are skipped.
+        pub next: u32,
+        /// Index of the first child; meaningless where `reach` is 0.
+        pub child: u32,
+        /// Fills the row.
+        pub pad0: u32,
+        /// Fills the row.
+        pub pad1: u32,
+        /// Fills the row.
+        pub pad2: u32,
+    }
 }
 
 impl Branch {

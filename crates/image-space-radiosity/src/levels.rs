@@ -1,5 +1,7 @@
 use rsm::PyramidLayout;
 
+use crate::settings::Options;
+
 /// Neighbouring fragments that share one cut through the lights.
 pub const TILE: usize = 8;
 
@@ -7,6 +9,46 @@ pub const TILE: usize = 8;
 pub const SOURCE_CELLS: u32 = 4;
 /// See [`SOURCE_CELLS`].
 pub const RECEIVER_CELLS: u32 = 16;
+
+/// The pyramids over the camera's pixels and over a map's texels, and which of their levels are used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pyramids {
+    /// Over the pixels.
+    pub pixels: PyramidLayout,
+    /// Level of the coarsest blocks.
+    pub block: usize,
+    /// Over the texels.
+    pub texels: PyramidLayout,
+    /// Levels of the coarsest and of the finest patches.
+    pub range: [usize; 2],
+}
+
+impl Pyramids {
+    /// For an image of `size` pixels.
+    #[must_use]
+    pub fn new(options: &Options, size: [u32; 2]) -> Self {
+        let (pixels, texels) = (PyramidLayout::new(size), PyramidLayout::new([options.resolution; 2]));
+        Self {
+            block: (options.block as usize).min(pixels.levels.len() - 1),
+            range: [options.coarsest, options.finest].map(|cells| level_of_cells(&texels, cells)),
+            pixels,
+            texels,
+        }
+    }
+
+    /// Number of nodes of the levels that blocks have, the pixels among them.
+    #[must_use]
+    pub fn nodes(&self) -> usize {
+        let last = self.pixels.levels[self.block];
+        last.offset as usize + last.len()
+    }
+
+    /// The level of patches that stands for the light of a map.
+    #[must_use]
+    pub fn source_level(&self) -> usize {
+        level_of_cells(&self.texels, SOURCE_CELLS)
+    }
+}
 
 /// The nodes of a pyramid with parents before their children and neighbours near each other (Z order), as indices into the
 /// pyramid: the order in which fragments are listed.
@@ -48,10 +90,9 @@ pub struct Links {
 }
 
 impl Links {
-    /// The levels `finest..` of the pyramid over `size` texels, both sides at least 1; `finest` is cut down to the last level.
+    /// The levels `finest..` of a pyramid; `finest` is cut down to the last level.
     #[must_use]
-    pub fn new(size: [u32; 2], finest: usize) -> Self {
-        let layout = PyramidLayout::new(size);
+    pub fn new(layout: &PyramidLayout, finest: usize) -> Self {
         let top = layout.levels.len() - 1;
         let finest = finest.min(top);
         let count = layout.levels[finest..].iter().map(rsm::Level::len).sum::<usize>();
@@ -59,7 +100,7 @@ impl Links {
         let (mut child, mut next) = (vec![0; count], vec![count as u32; count]);
         // The list grows while it is read: level by level, siblings together.
         for i in 0..count {
-            let (level, x, y) = place(&layout, order[i]);
+            let (level, x, y) = place(layout, order[i]);
             if level > finest {
                 let l = layout.levels[level - 1];
                 child[i] = order.len() as u32;
@@ -72,7 +113,7 @@ impl Links {
                 next[order.len() - 1] = next[i];
             }
         }
-        Self { layout, order, child, next }
+        Self { layout: layout.clone(), order, child, next }
     }
 }
 
@@ -83,11 +124,17 @@ pub fn level_of_cells(layout: &PyramidLayout, cells: u32) -> usize {
     layout.levels.iter().position(|l| fits(l.size)).unwrap_or(layout.levels.len() - 1)
 }
 
+/// Level of a node of a pyramid, from its index.
+#[inline]
+pub(crate) fn level_of(layout: &PyramidLayout, node: u32) -> usize {
+    // From the finest, which has three quarters of all nodes.
+    layout.levels.iter().skip(1).take_while(|l| l.offset <= node).count()
+}
+
 /// Level, column and row of a node of a pyramid, from its index.
 #[must_use]
 pub fn place(layout: &PyramidLayout, node: u32) -> (usize, u32, u32) {
-    // From the finest, which has three quarters of all nodes.
-    let level = layout.levels.iter().skip(1).take_while(|l| l.offset <= node).count();
+    let level = level_of(layout, node);
     let l = layout.levels[level];
     let i = node - l.offset;
     (level, i % l.size[0], i / l.size[0])
@@ -100,9 +147,17 @@ mod tests {
     const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 3], [16, 16], [1, 9], [65, 33], [2, 1]];
 
     #[test]
+    fn the_blocks_of_a_4k_image_fit_the_default_storage_binding() {
+        let layout = PyramidLayout::new([3840, 2160]);
+        let blocks = layout.len() - layout.levels[0].len();
+        assert_eq!(blocks, 2_764_902);
+        assert!(blocks * size_of::<crate::Block>() <= 128 << 20);
+    }
+
+    #[test]
     fn every_node_is_listed_once_after_its_parent() {
         for size in SIZES {
-            let links = Links::new(size, 0);
+            let links = Links::new(&PyramidLayout::new(size), 0);
             for order in [&links.order, &z_order(&links.layout)] {
                 let mut sorted = order.clone();
                 sorted.sort_unstable();
@@ -122,7 +177,7 @@ mod tests {
     #[test]
     fn a_walk_that_always_descends_meets_every_node_and_skipping_leaves_its_subtree() {
         for size in SIZES {
-            let links = Links::new(size, 0);
+            let links = Links::new(&PyramidLayout::new(size), 0);
             let walk = |skip: usize| {
                 let (mut i, mut met) = (0, Vec::new());
                 while i < links.order.len() {
@@ -148,9 +203,9 @@ mod tests {
 
     #[test]
     fn a_finest_level_ends_the_list() {
-        let links = Links::new([16, 8], 2);
+        let links = Links::new(&PyramidLayout::new([16, 8]), 2);
         assert_eq!(links.order.len(), 1 + 2 + 4 * 2);
-        assert_eq!(Links::new([5, 5], 9).order.len(), 1);
+        assert_eq!(Links::new(&PyramidLayout::new([5, 5]), 9).order.len(), 1);
         assert_eq!([16, 5, 0].map(|cells| level_of_cells(&links.layout, cells)), [0, 2, 4]);
     }
 }

@@ -6,11 +6,13 @@ pub mod cpu;
 pub mod gpu;
 pub mod layout;
 
-mod error;
 mod levels;
-mod params;
+mod output;
+mod passes;
+mod settings;
 
-pub use error::Error;
 pub use layout::{Block, Branch, Patch};
-pub use levels::{Links, RECEIVER_CELLS, SOURCE_CELLS, TILE, level_of_cells, place, z_order};
-pub use params::{Bound, Lights, Method, Options, Params, Thresholds};
+pub use levels::{Links, Pyramids, RECEIVER_CELLS, SOURCE_CELLS, TILE, level_of_cells, place, z_order};
+pub use output::{Fragments, ImageSpaceRadiosity, Irradiance, Output, Setup};
+pub use rsm::{Error, Form, Select};
+pub use settings::{Bound, Lights, Method, Options, Params, Thresholds};

@@ -1,51 +1,43 @@
 //! Images and scenes that break formulas: finite, bounded and right all the same.
+#![cfg(feature = "cpu")]
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests")]
 
 mod common;
 
-use common::{corner, flat_gather, light, lights, noise_gbuffer, noise_rsm, spot, view};
+use common::{corner, flat_gather, from_maps, light, lights, noise_gbuffer, noise_rsm, render, spot, view};
 use glam::Vec3;
 use image_space_radiosity::layout::state;
-use image_space_radiosity::{Error, Lights, Method, Options, Params, Thresholds, cpu};
+use image_space_radiosity::{Error, Form, Lights, Method, Options, Params, Setup, cpu};
 use indirect_accel::{Accel, BuildPreset, cast};
-use indirect_core::{GBuffer, Scene};
-use rsm::{Form, Selection};
+use indirect_core::GBuffer;
+use indirect_core::settings::Settings;
 
-const HIERARCHICAL: Lights = Lights::Hierarchical { coarsest: 4, finest: 32 };
-const BASIC: Lights = Lights::Basic { coarsest: 4, finest: 32 };
-const GRID: Lights = Lights::Flat(Selection::Grid { cells: 8 });
-
-fn settings() -> [(Lights, Method); 5] {
+/// Every kind of light and every method, with default parameters.
+fn setups() -> [Setup; 5] {
     [
-        (HIERARCHICAL, Method::Gather),
-        (BASIC, Method::Gather),
-        (GRID, Method::Gather),
-        (GRID, Method::Splat),
-        (BASIC, Method::BoundedSplat),
+        (Lights::Hierarchical, Method::Gather),
+        (Lights::Basic, Method::Gather),
+        (Lights::Flat, Method::Gather),
+        (Lights::Flat, Method::Splat),
+        (Lights::Basic, Method::BoundedSplat),
     ]
+    .map(|(lights, method)| setup(lights, method))
 }
 
-fn options(lights: Lights, method: Method) -> Options {
-    Options { resolution: 32, lights, method, coarsest_block: 6 }
-}
-
-fn render(scene: &Scene, size: [u32; 2], scale: f32, options: &Options, params: &Params) -> cpu::Output {
-    let accel = Accel::build(scene, BuildPreset::Fast);
-    let view = view(scale);
-    let camera = cast::gbuffer(&accel, &view, size);
-    cpu::indirect(&accel, &camera, &view, options, params).unwrap()
+fn setup(lights: Lights, method: Method) -> Setup {
+    let options = Options { resolution: 32, lights, coarsest: 4, cells: 8, method, ..Options::default() };
+    Setup { options, ..Setup::default() }
 }
 
 #[test]
 fn any_size_is_the_flat_gather_at_thresholds_of_zero() {
     let scene = corner(lights()[0], 1.0);
     let accel = Accel::build(&scene, BuildPreset::Fast);
-    let none = Thresholds { depth: 0.0, normal: 0.0 };
-    let params = Params { blocks: none, tau: 0.0, ..Params::default() };
+    let params = Params { depth: 0.0, normal: 0.0, tau: 0.0, ..Params::default() };
+    let setup = Setup { params, ..setup(Lights::Hierarchical, Method::Gather) };
     for size in [[1, 1], [2, 1], [1, 13], [64, 64], [65, 63], [31, 17]] {
         let camera = cast::gbuffer(&accel, &view(1.0), size);
-        let options = options(HIERARCHICAL, Method::Gather);
-        let found = cpu::indirect(&accel, &camera, &view(1.0), &options, &params).unwrap();
+        let found = cpu::indirect(&cpu::Frame::new(&accel, &view(1.0), &camera, &setup)).unwrap();
         let expected = flat_gather(&found.rsm, &camera, Form::Disc);
         let largest = expected.iter().map(|e| e.max_element()).fold(0.0, f32::max);
         // Few pixels may see nothing that light falls on.
@@ -60,11 +52,10 @@ fn any_size_is_the_flat_gather_at_thresholds_of_zero() {
 #[test]
 fn an_empty_image_is_black() {
     let rsm = noise_rsm(32, 1, 1, 0.2);
-    for (lights, method) in settings() {
+    for setup in setups() {
         for size in [[1, 1], [67, 33], [0, 0], [0, 5]] {
             let camera = GBuffer::new(size);
-            let (options, params) = (options(lights, method), Params::default());
-            let found = cpu::indirect_from(rsm.clone(), &camera, &view(1.0), &options, &params).unwrap();
+            let found = from_maps(rsm.clone(), &camera, &setup).unwrap();
             assert!(found.fragments.nodes.is_empty());
             assert!(found.image.pixels.iter().all(|p| *p == Vec3::ZERO));
         }
@@ -85,15 +76,13 @@ fn an_image_without_discontinuity_is_its_coarsest_blocks() {
         camera.albedo[i] = Vec3::ONE;
     }
     let rsm = noise_rsm(32, 1, 5, 0.2);
-    let found =
-        cpu::indirect_from(rsm, &camera, &view(1.0), &options(GRID, Method::Gather), &Params::default())
-            .unwrap();
+    let found = from_maps(rsm, &camera, &setup(Lights::Flat, Method::Gather)).unwrap();
     assert_eq!(found.fragments.nodes.len(), 4 * 3);
     assert!(found.states.iter().all(|s| *s == state::COVERED || *s == state::VALID));
     assert_eq!(found.image.non_finite(), 0);
     // Interpolation invents nothing: every pixel lies within the range of the fragments.
     let (low, high) = found.gathered.iter().fold((Vec3::MAX, Vec3::MIN), |(l, h), e| (l.min(*e), h.max(*e)));
-    for e in &found.irradiance[..camera.len()] {
+    for e in &found.irradiance.pixels {
         assert!(e.cmpge(low * 0.99999).all() && e.cmple(high * 1.00001).all(), "{e}");
     }
 }
@@ -107,9 +96,9 @@ fn a_scene_without_light_is_black() {
     let mut unseen = corner(lights()[0], 1.0);
     unseen.lights[0].kind = spot(Vec3::new(0.0, 3.0, 0.0), Vec3::new(1.0, 0.05, 0.0), 1.0, 2.0);
     for scene in [dark, black, unseen] {
-        for (lights, method) in settings() {
-            let found = render(&scene, [33, 21], 1.0, &options(lights, method), &Params::default());
-            assert!(found.image.pixels.iter().all(|p| *p == Vec3::ZERO), "{lights:?}");
+        for setup in setups() {
+            let found = render(&scene, [33, 21], 1.0, &setup);
+            assert!(found.image.pixels.iter().all(|p| *p == Vec3::ZERO), "{setup:?}");
         }
     }
 }
@@ -132,18 +121,18 @@ fn scale_and_power_do_not_matter() {
             }
             directional => directional,
         };
-        for (lights, method) in settings() {
+        for setup in setups() {
             let render = |scale: f32, power: f32| {
                 let mut scene = corner(kind_at(scale), scale);
                 scene.lights[0].power *= power;
-                render(&scene, [67, 41], scale, &options(lights, method), &Params::default())
+                render(&scene, [67, 41], scale, &setup)
             };
             let one = render(1.0, 1.0);
             // Powers of two, so that scaling is exact and every decision falls alike.
             for (scale, power) in [(1.0 / 1024.0, 1.0), (1024.0, 1.0), (1.0, 65536.0)] {
                 let other = render(scale, power);
-                assert_eq!(one.states, other.states, "{lights:?} {scale}");
-                assert_eq!(one.cuts, other.cuts, "{lights:?} {scale} {power}");
+                assert_eq!(one.states, other.states, "{setup:?} {scale}");
+                assert_eq!(one.cuts, other.cuts, "{setup:?} {scale} {power}");
                 let directional = kind == 2;
                 let gain = power * if directional { 1.0 } else { 1.0 / (scale * scale) };
                 for (a, b) in one.image.pixels.iter().zip(&other.image.pixels) {
@@ -163,10 +152,10 @@ fn lights_on_and_in_surfaces_stay_finite() {
             for kind in lights() {
                 scene.lights.push(light(kind, Vec3::ONE));
             }
-            for (lights, method) in settings() {
-                for form in [Form::Disc, Form::Point] {
-                    let params = Params { form, ..Params::default() };
-                    let found = render(&scene, [33, 21], 1.0, &options(lights, method), &params);
+            for setup in setups() {
+                for &form in Form::ALL {
+                    let setup = Setup { params: Params { form, ..setup.params }, ..setup };
+                    let found = render(&scene, [33, 21], 1.0, &setup);
                     assert_eq!(found.image.non_finite(), 0);
                     assert!(found.image.pixels.iter().all(|p| p.min_element() >= 0.0));
                 }
@@ -181,10 +170,11 @@ fn an_image_of_4k_is_covered_once() {
     let size = [3840, 2160];
     let camera = noise_gbuffer(size, 3, 1.0);
     let rsm = noise_rsm(8, 1, 7, 0.2);
-    let options =
-        Options { resolution: 8, ..options(Lights::Flat(Selection::Grid { cells: 1 }), Method::Gather) };
-    let found = cpu::indirect_from(rsm, &camera, &view(1.0), &options, &Params::default()).unwrap();
-    let covered: u32 = found.fragments.nodes.iter().map(|n| found.blocks[*n as usize].pixels).sum();
+    let setup = setup(Lights::Flat, Method::Gather);
+    let options = Options { resolution: 8, cells: 1, ..setup.options };
+    let found = from_maps(rsm, &camera, &Setup { options, ..setup }).unwrap();
+    let blocks = cpu::Blocks::new(&camera, &found.blocks);
+    let covered: u32 = found.fragments.nodes.iter().map(|n| blocks.at(*n as usize).pixels).sum();
     let surfaces = (0..camera.len()).filter(|i| camera.is_surface(*i)).count();
     assert_eq!(covered as usize, surfaces);
     assert_eq!(found.image.non_finite(), 0);
@@ -192,15 +182,15 @@ fn an_image_of_4k_is_covered_once() {
 }
 
 #[test]
-fn options_out_of_range_are_refused() {
-    let ok = options(HIERARCHICAL, Method::Gather);
+fn settings_out_of_range_are_refused() {
+    let ok = setup(Lights::Hierarchical, Method::Gather).options;
     assert_eq!(ok.validate(), Ok(()));
     let bad = [
         Options { resolution: 0, ..ok },
-        Options { coarsest_block: 9, ..ok },
+        Options { block: 9, ..ok },
         Options { method: Method::Splat, ..ok },
-        Options { lights: Lights::Basic { coarsest: 0, finest: 4 }, ..ok },
-        Options { lights: Lights::Hierarchical { coarsest: 8, finest: 4 }, ..ok },
+        Options { lights: Lights::Basic, coarsest: 0, ..ok },
+        Options { coarsest: 8, finest: 4, ..ok },
     ];
     for options in bad {
         assert!(options.validate().is_err(), "{options:?}");
@@ -212,13 +202,13 @@ fn options_out_of_range_are_refused() {
         Params { cutoff: 0.0, ..ok },
         Params { margin: f32::INFINITY, ..ok },
         Params { bend: f32::NAN, ..ok },
-        Params { blocks: Thresholds { depth: -0.1, normal: 0.0 }, ..ok },
-        Params { patches: Thresholds { depth: 0.0, normal: f32::NAN }, ..ok },
+        Params { depth: -0.1, ..ok },
+        Params { patch_normal: f32::NAN, ..ok },
     ];
     for params in bad {
-        assert!(matches!(params.validate(), Err(Error::BadOption { .. })), "{params:?}");
+        assert!(params.validate().is_err(), "{params:?}");
     }
     let (rsm, camera) = (noise_rsm(16, 1, 1, 0.0), GBuffer::new([4, 4]));
-    let other = options(GRID, Method::Gather);
-    assert!(cpu::indirect_from(rsm, &camera, &view(1.0), &other, &Params::default()).is_err());
+    let error = from_maps(rsm, &camera, &setup(Lights::Flat, Method::Gather)).unwrap_err();
+    assert!(matches!(error, Error::BadOption(_)), "{error}");
 }

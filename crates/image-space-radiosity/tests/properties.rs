@@ -1,4 +1,5 @@
 //! What holds for any image and any maps: each pixel lies in one fragment, each texel counts once.
+#![cfg(feature = "cpu")]
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
@@ -6,7 +7,9 @@ mod common;
 use common::{noise_gbuffer, noise_rsm, random};
 use glam::Vec3;
 use image_space_radiosity::layout::state;
-use image_space_radiosity::{Bound, Branch, Links, Params, Patch, Thresholds, cpu, level_of_cells, place};
+use image_space_radiosity::{
+    Bound, Branch, Links, Patch, SOURCE_CELLS, Thresholds, cpu, level_of_cells, place,
+};
 use proptest::prelude::*;
 use rsm::PyramidLayout;
 
@@ -33,6 +36,15 @@ fn coverage(
     count
 }
 
+/// The patches of all levels of each map.
+fn all_patches(rsm: &rsm::Rsm, layout: &PyramidLayout) -> Vec<Vec<Patch>> {
+    let of_map = |map: &rsm::Map| {
+        let stored = cpu::patches(map, layout);
+        (0..layout.len()).map(|i| cpu::Patches::new(map, &stored).at(i)).collect()
+    };
+    rsm.maps.iter().map(of_map).collect()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
@@ -45,14 +57,16 @@ proptest! {
         let g = noise_gbuffer([w, h], seed, empty);
         let layout = &PyramidLayout::new([w, h]);
         let coarsest = coarsest.min(layout.levels.len() - 1);
-        let blocks = cpu::mips(&g, layout);
-        let params = Params { blocks: Thresholds { depth, normal }, margin, bend, ..Params::default() };
+        let stored = cpu::mips(&g, layout);
+        let blocks = cpu::Blocks::new(&g, &stored);
         let rsm = noise_rsm(8, 1, seed, 0.3);
         let light_layout = PyramidLayout::new([8, 8]);
-        let patches = cpu::patches(&rsm, &light_layout);
-        let sources = cpu::Sources::new(&patches, &light_layout);
-        let reference = cpu::reference_irradiance(&sources, &blocks, layout);
-        let needs = cpu::refine(&blocks, layout, coarsest, &params, &sources, reference);
+        let patches = cpu::patches(&rsm.maps[0], &light_layout);
+        let maps = [cpu::Patches::new(&rsm.maps[0], &patches)];
+        let sources = cpu::sources(&maps, level_of_cells(&light_layout, SOURCE_CELLS), &light_layout);
+        let bend = bend * cpu::reference_irradiance(&sources, &blocks, layout);
+        let subdivision = cpu::Subdivision { thresholds: Thresholds::new(depth, normal), margin, bend };
+        let needs = cpu::refine(&blocks, layout, coarsest, &subdivision, &sources);
         let states = cpu::stencil(&blocks, &needs, layout, coarsest);
         let fragments = cpu::compact(&blocks, &states, layout, coarsest);
         let count = coverage(layout, 1, fragments.nodes.iter().map(|n| (0, *n as usize)));
@@ -62,7 +76,7 @@ proptest! {
         for (i, &node) in fragments.nodes.iter().enumerate() {
             prop_assert_eq!(fragments.slots[node as usize], i as u32);
             // A fragment is no mix of surface and background.
-            prop_assert_eq!(blocks[node as usize].mixed, 0);
+            prop_assert_eq!(blocks.at(node as usize).mixed, 0);
         }
         // A state is what brute force says: the chain of needs from the coarsest level down.
         for (i, &found) in states.iter().enumerate() {
@@ -73,7 +87,7 @@ proptest! {
             // Pixels need no subdivision.
             let needs = |node: usize| node.checked_sub(layout.levels[0].len()).map_or(0, |block| needs[block]);
             let ancestors_need = (level + 1..=coarsest).all(|l| needs(above(l)) == 1);
-            let expected = match (blocks[i].pixels, ancestors_need, needs(i)) {
+            let expected = match (blocks.at(i).pixels, ancestors_need, needs(i)) {
                 (0, ..) => state::EMPTY,
                 (_, false, _) => state::COVERED,
                 (_, true, 0) => state::VALID,
@@ -89,8 +103,9 @@ proptest! {
     ) {
         let g = noise_gbuffer([w, h], seed, empty);
         let layout = PyramidLayout::new([w, h]);
-        let blocks = cpu::mips(&g, &layout);
-        for (i, b) in blocks.iter().enumerate() {
+        let stored = cpu::mips(&g, &layout);
+        let blocks = cpu::Blocks::new(&g, &stored);
+        for (i, b) in (0..layout.len()).map(|i| (i, blocks.at(i))) {
             let (level, x, y) = place(&layout, i as u32);
             let mut pixels = 0;
             let mut mean = glam::DVec3::ZERO;
@@ -124,8 +139,7 @@ proptest! {
     ) {
         let rsm = noise_rsm(n, maps, seed, empty);
         let layout = PyramidLayout::new([n, n]);
-        let patches = cpu::patches(&rsm, &layout);
-        for (map, patches) in rsm.maps.iter().zip(patches.chunks(layout.len())) {
+        for (map, patches) in rsm.maps.iter().zip(all_patches(&rsm, &layout)) {
             let expected = map.reflected();
             for l in &layout.levels {
                 let nodes = &patches[l.offset as usize..][..l.len()];
@@ -160,9 +174,10 @@ proptest! {
     ) {
         let rsm = noise_rsm(n, maps, seed, empty);
         let layout = PyramidLayout::new([n, n]);
-        let patches = cpu::patches(&rsm, &layout);
+        let stored: Vec<_> = rsm.maps.iter().map(|map| cpu::patches(map, &layout)).collect();
+        let patches: Vec<_> = rsm.maps.iter().zip(&stored).map(|(m, p)| cpu::Patches::new(m, p)).collect();
         let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
-        let slots = cpu::clusters(&patches, &layout, range, &Thresholds { depth, normal });
+        let slots = cpu::clusters(&patches, &layout, range, Thresholds::new(depth, normal));
         let used = slots.iter().enumerate().filter(|(_, v)| v.flux.element_sum() > 0.0);
         let nodes = used.map(|(i, _)| (i / layout.len(), i % layout.len()));
         check_cut(&rsm, coverage(&layout, maps as usize, nodes), sum(slots.iter().map(|v| v.flux)))?;
@@ -176,9 +191,10 @@ proptest! {
     ) {
         let rsm = noise_rsm(n, maps, seed, empty);
         let layout = PyramidLayout::new([n, n]);
-        let patches = cpu::patches(&rsm, &layout);
+        let stored: Vec<_> = rsm.maps.iter().map(|map| cpu::patches(map, &layout)).collect();
+        let patches: Vec<_> = rsm.maps.iter().zip(&stored).map(|(m, p)| cpu::Patches::new(m, p)).collect();
         let range = [coarsest, coarsest + finest].map(|c| level_of_cells(&layout, c));
-        let links = Links::new([n, n], range[1]);
+        let links = Links::new(&layout, range[1]);
         let bound = if printed { Bound::ContributionAsPrinted } else { Bound::Error };
         let threshold = tau.powi(4);
         let tree = cpu::tree(&patches, &links, range, bound, threshold);
@@ -186,7 +202,7 @@ proptest! {
         let mut lights = Vec::new();
         for _ in 0..4 {
             let count = 1 + (next() * image_space_radiosity::TILE as f32) as usize;
-            let point = |_| (Vec3::new(next(), next(), next()) * 20.0 - 5.0, Vec3::Y);
+            let point = |_| Vec3::new(next(), next(), next()) * 20.0 - 5.0;
             let tile: Vec<_> = (0..count).map(point).collect();
             cpu::cut(&tree, &cpu::Tile::new(&tile), &mut lights);
             // The cut does not say which node a light is: walk again, by recursion.
@@ -194,10 +210,10 @@ proptest! {
             for map in 0..maps as usize {
                 walk(&mut nodes, &Walk { tree: &tree, links: &links, map, tile: &tile }, 0);
             }
-            let used: Vec<_> = nodes.iter().filter(|(m, k)| patches[m * layout.len() + k].weight() > 0.0).collect();
+            let used: Vec<_> = nodes.iter().filter(|(m, k)| patches[*m].at(*k).weight() > 0.0).collect();
             prop_assert_eq!(lights.len(), used.len());
             for (light, (m, k)) in lights.iter().zip(&used) {
-                prop_assert_eq!(light.flux, patches[m * layout.len() + k].flux);
+                prop_assert_eq!(light.flux, patches[*m].at(*k).flux);
             }
             let used = used.into_iter().copied();
             check_cut(&rsm, coverage(&layout, maps as usize, used), sum(lights.iter().map(|v| v.flux)))?;
@@ -209,14 +225,14 @@ struct Walk<'a> {
     tree: &'a [Branch],
     links: &'a Links,
     map: usize,
-    tile: &'a [(Vec3, Vec3)],
+    tile: &'a [Vec3],
 }
 
 /// The cut by recursion over children, without links.
 fn walk(nodes: &mut Vec<(usize, usize)>, w: &Walk<'_>, k: usize) {
     let branch = &w.tree[w.map * w.links.order.len() + k];
     let node = w.links.order[k];
-    let near = |(p, _): &(Vec3, Vec3)| {
+    let near = |p: &Vec3| {
         let v = branch.position - *p;
         v.x * v.x + v.y * v.y + v.z * v.z < branch.reach * branch.reach
     };

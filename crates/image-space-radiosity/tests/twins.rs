@@ -5,118 +5,93 @@ mod common;
 
 use common::{corner, light, lights, view};
 use glam::Vec3;
-use image_space_radiosity::gpu::{ImageSpaceRadiosity, Resources, twins};
-use image_space_radiosity::{Bound, Lights, Method, Options, Params, Thresholds, cpu};
+use image_space_radiosity::gpu::{Inputs, Resources};
+use image_space_radiosity::{Bound, Lights, Method, Options, Output, Params, Select, Setup, cpu};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::Scene;
 use indirect_gpu::wgpu::CommandEncoderDescriptor;
-use indirect_gpu::{Context, GBufferTarget, PassTimer, Raster, SceneBuffers, Vec3Pad};
-use rsm::gpu::{Data, Twin};
-use rsm::{Form, Selection, views::views};
-use testkit::{CompareError, CpuOutput, GpuOutput, Tolerance, compare, compare_exact};
+use indirect_gpu::{Context, GBufferTarget, PassTimer, Pipelines, SceneBuffers, Vec3Pad};
+use indirect_technique::gpu::{Backend, Twin, run_both};
+use rsm::{Form, MAP_PASSES, views::views};
+use testkit::{judge, perturb};
 
 const CAMERA: [u32; 2] = [67, 41];
 
 /// One frame on both backends.
 struct Frame {
     twins: Vec<Twin>,
-    cpu: cpu::Output,
+    cpu: Output,
     /// The image of the whole GPU chain.
     image: Vec<Vec3Pad>,
+    /// With the maps and the fragments from the GPU and all else from the CPU.
+    mixed: Output,
 }
 
-fn frame(context: &Context, scene: &Scene, size: [u32; 2], options: &Options, params: &Params) -> Frame {
+fn frame(context: &Context, scene: &Scene, size: [u32; 2], setup: &Setup) -> Frame {
     let (device, queue) = (&context.device, &context.queue);
     let accel = Accel::build(scene, BuildPreset::Fast);
     let view = view(1.0);
     let camera = cast::gbuffer(&accel, &view, size);
-    let cpu = cpu::indirect(&accel, &camera, &view, options, params).unwrap();
+    let frame = common::frame(&accel, &view, &camera, setup);
 
     let buffers = SceneBuffers::upload(device, scene).unwrap();
-    let target = GBufferTarget::new(device, size, 1).unwrap();
-    let technique = ImageSpaceRadiosity::new(device, options).unwrap();
+    let target = GBufferTarget::new(device, size).unwrap();
+    let pipelines = Pipelines::new(device);
     let views = views(scene);
-    let mut resources = Resources::new(device, &technique, views.len(), &target).unwrap();
-    resources.prepare(queue, &scene.lights, &views, &view, params).unwrap();
+    let mut resources = Resources::new(&pipelines, queue, setup, views.len(), &target).unwrap();
+    let inputs = Inputs { lights: &scene.lights, views: &views, camera: &view };
+    resources.prepare(queue, &inputs, setup).unwrap();
+    target.prepare(queue, &view);
     let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
     let timer = &mut PassTimer::off();
-    Raster::new(device).encode(&mut encoder, timer, &buffers, &view, &target, 0).unwrap();
-    technique.encode(&mut encoder, timer, &buffers, &resources).unwrap();
+    pipelines.raster().encode(&mut encoder, timer, "camera", &buffers, [&target]);
+    resources.encode(&mut encoder, timer, &buffers);
     queue.submit([encoder.finish()]);
-    let image = context.read(&resources.image).unwrap();
-    let twins = twins((device, queue), &technique, &resources, &camera, &target, &cpu).unwrap();
-    Frame { twins, cpu, image }
+    let image = context.read(resources.image()).unwrap();
+    let run = |keep: &dyn Fn(&str) -> Backend| run_both((device, queue), &frame, &resources, &buffers, keep);
+    let (cpu, twins) = run(&|_| Backend::Cpu).unwrap();
+    let gpu = |pass: &str| MAP_PASSES.contains(&pass) || pass == "compact";
+    let (mixed, _) = run(&|pass| if gpu(pass) { Backend::Gpu } else { Backend::Cpu }).unwrap();
+    assert_eq!(cpu, cpu::indirect(&frame).unwrap());
+    Frame { twins, cpu, image, mixed }
 }
 
-fn assert_twins(frame: &Frame) {
-    for twin in &frame.twins {
-        let name = format!("{} {}", twin.pass, twin.buffer);
-        let result = match (&twin.cpu, &twin.gpu) {
-            (Data::F32 { values: a, components }, Data::F32 { values: b, .. }) if !a.is_empty() => {
-                // 1e-6 of the buffer's own magnitude where that is below 1: a texel's flux is far below 1 W.
-                let largest = a.iter().filter(|v| **v < 1e17).fold(0.0_f32, |m, v| m.max(v.abs()));
-                let tolerance = Tolerance { absolute: 1e-6 * largest.clamp(1e-30, 1.0), ..Tolerance::TWINS };
-                match components {
-                    1 => floats::<1>(&name, a, b, tolerance),
-                    2 => floats::<2>(&name, a, b, tolerance),
-                    3 => floats::<3>(&name, a, b, tolerance),
-                    n => panic!("{name} has {n} components"),
-                }
-            }
-            (Data::U32(a), Data::U32(b)) => {
-                compare_exact(&name, CpuOutput(a), GpuOutput(b), None).map(|c| println!("{c}"))
-            }
-            (a, b) => {
-                assert_eq!(a, b, "{name}");
-                Ok(())
-            }
-        };
-        result.unwrap_or_else(|e| panic!("{e}"));
-    }
-}
-
-fn floats<const N: usize>(
-    name: &str,
-    a: &[f32],
-    b: &[f32],
-    tolerance: Tolerance,
-) -> Result<(), CompareError> {
-    let (a, b): (&[[f32; N]], &[[f32; N]]) = (bytemuck::cast_slice(a), bytemuck::cast_slice(b));
-    compare(name, CpuOutput(a), GpuOutput(b), tolerance, None).map(|c| println!("{c}"))
-}
-
-const HIERARCHICAL: Lights = Lights::Hierarchical { coarsest: 8, finest: 45 };
-const BASIC: Lights = Lights::Basic { coarsest: 8, finest: 23 };
-const FLAT: Lights = Lights::Flat(Selection::Grid { cells: 9 });
-
-fn settings() -> Vec<(Lights, Method)> {
-    vec![
-        (HIERARCHICAL, Method::Gather),
-        (BASIC, Method::Gather),
-        (FLAT, Method::Gather),
-        (Lights::Flat(Selection::All), Method::Gather),
-        (Lights::Flat(Selection::Importance { count: 1500 }), Method::Gather),
-        (FLAT, Method::Splat),
-        (FLAT, Method::BoundedSplat),
-        (BASIC, Method::BoundedSplat),
-    ]
-}
-
+/// Neither a power of two nor a multiple of a workgroup.
 fn options(lights: Lights, method: Method) -> Options {
-    // Neither a power of two nor a multiple of a workgroup.
-    Options { resolution: 45, lights, method, coarsest_block: 4 }
+    let finest = if lights == Lights::Basic { 23 } else { 45 };
+    let o = Options { resolution: 45, lights, coarsest: 8, finest, ..Options::default() };
+    Options { cells: 9, vpls: 1500, block: 4, method, ..o }
+}
+
+fn default_of(lights: Lights, method: Method) -> Setup {
+    Setup { options: options(lights, method), ..Setup::default() }
+}
+
+fn setups() -> Vec<Setup> {
+    let flat = |select| {
+        let options = Options { select, ..options(Lights::Flat, Method::Gather) };
+        Setup { options, ..Setup::default() }
+    };
+    vec![
+        default_of(Lights::Hierarchical, Method::Gather),
+        default_of(Lights::Basic, Method::Gather),
+        flat(Select::Grid),
+        flat(Select::All),
+        flat(Select::Importance),
+        default_of(Lights::Flat, Method::Splat),
+        default_of(Lights::Flat, Method::BoundedSplat),
+        default_of(Lights::Basic, Method::BoundedSplat),
+    ]
 }
 
 #[test]
 fn every_pass_agrees_for_every_light_and_method() {
     let Some(context) = testkit::gpu() else { return };
     for (i, kind) in lights().into_iter().enumerate() {
-        for (k, (list, method)) in settings().into_iter().enumerate() {
+        for (k, setup) in setups().iter().enumerate() {
             // The lists do not depend on the kind of light: one kind each.
             if k < 2 || k % 3 == i {
-                let frame =
-                    frame(context, &corner(kind, 1.0), CAMERA, &options(list, method), &Params::default());
-                assert_twins(&frame);
+                judge(&frame(context, &corner(kind, 1.0), CAMERA, setup).twins);
             }
         }
     }
@@ -130,20 +105,24 @@ fn several_lights_and_other_parameters_agree() {
         scene.lights.push(light(kind, Vec3::new(0.5, 1.0, 4.0)));
     }
     let params = Params {
-        form: Form::Point,
-        seed: 3,
-        blocks: Thresholds { depth: 0.3, normal: 0.1 },
-        margin: 0.0,
-        bend: 1.0,
-        patches: Thresholds { depth: 0.05, normal: 0.1 },
         tau: 0.1,
         bound: Bound::ContributionAsPrinted,
+        patch_depth: 0.05,
+        patch_normal: 0.1,
+        depth: 0.3,
+        normal: 0.1,
+        margin: 0.0,
+        bend: 1.0,
         cutoff: 0.3,
+        form: Form::Point,
+        seed: 3,
     };
-    for (list, method) in
-        [(HIERARCHICAL, Method::Gather), (BASIC, Method::Gather), (FLAT, Method::BoundedSplat)]
-    {
-        assert_twins(&frame(context, &scene, CAMERA, &options(list, method), &params));
+    for (lights, method) in [
+        (Lights::Hierarchical, Method::Gather),
+        (Lights::Basic, Method::Gather),
+        (Lights::Flat, Method::BoundedSplat),
+    ] {
+        judge(&frame(context, &scene, CAMERA, &Setup { options: options(lights, method), params }).twins);
     }
 }
 
@@ -151,32 +130,54 @@ fn several_lights_and_other_parameters_agree() {
 fn any_size_agrees() {
     let Some(context) = testkit::gpu() else { return };
     for size in [[1, 1], [1, 7], [97, 3], [128, 64]] {
-        for (list, method) in
-            [(HIERARCHICAL, Method::Gather), (FLAT, Method::Splat), (FLAT, Method::BoundedSplat)]
-        {
-            let scene = corner(lights()[0], 1.0);
-            assert_twins(&frame(context, &scene, size, &options(list, method), &Params::default()));
+        for (lights, method) in [
+            (Lights::Hierarchical, Method::Gather),
+            (Lights::Flat, Method::Splat),
+            (Lights::Flat, Method::BoundedSplat),
+        ] {
+            let scene = corner(common::lights()[0], 1.0);
+            judge(&frame(context, &scene, size, &default_of(lights, method)).twins);
         }
+    }
+}
+
+/// Two maps of 1024² have more branches than one storage binding of any device holds.
+#[test]
+fn a_tree_in_parts_agrees() {
+    let Some(context) = testkit::gpu() else { return };
+    let mut scene = corner(lights()[0], 1.0);
+    scene.lights.push(light(lights()[2], Vec3::new(0.5, 1.0, 4.0)));
+    let mut setup = default_of(Lights::Hierarchical, Method::Gather);
+    (setup.options.resolution, setup.options.finest) = (1024, 1024);
+    judge(&frame(context, &scene, [33, 21], &setup).twins);
+}
+
+/// The test device has WebGPU's default limits: 128 MiB in a storage binding.
+#[test]
+fn default_limits_suffice_for_4k_and_for_twelve_maps() {
+    let Some(context) = testkit::gpu() else { return };
+    let device = &context.device;
+    assert_eq!(device.limits().max_storage_buffer_binding_size, 128 << 20);
+    let pipelines = Pipelines::new(device);
+    for (size, resolution, maps) in [([3840, 2160], 256, 6), ([64, 64], 512, 12)] {
+        let options = Options { resolution, ..Options::default() };
+        let setup = Setup { options, ..Setup::default() };
+        let target = GBufferTarget::new(device, size).unwrap();
+        let resources = Resources::new(&pipelines, &context.queue, &setup, maps, &target);
+        assert!(resources.is_ok(), "{size:?} {resolution} {maps}");
     }
 }
 
 #[test]
 fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };
-    let options = options(HIERARCHICAL, Method::Gather);
-    let mut frame = frame(context, &corner(lights()[0], 1.0), CAMERA, &options, &Params::default());
-    assert_twins(&frame);
+    let setup = default_of(Lights::Hierarchical, Method::Gather);
+    let mut frame = frame(context, &corner(lights()[0], 1.0), CAMERA, &setup);
+    judge(&frame.twins);
     for i in 0..frame.twins.len() {
         let good = frame.twins[i].gpu.clone();
-        match &mut frame.twins[i].gpu {
-            // The largest value, so that the change is beyond the tolerance whatever the buffer holds.
-            Data::F32 { values, .. } => {
-                let largest = values.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap();
-                *largest = if *largest == 0.0 { 1.0 } else { *largest * 1.001 };
-            }
-            Data::U32(values) => *values.last_mut().unwrap() ^= 1,
-        }
-        let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| assert_twins(&frame)));
+        perturb(&mut frame.twins[i]);
+        let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| judge(&frame.twins)));
         assert!(found.is_err(), "{} {}", frame.twins[i].pass, frame.twins[i].buffer);
         frame.twins[i].gpu = good;
     }
@@ -185,15 +186,16 @@ fn a_perturbed_buffer_is_found() {
 #[test]
 fn the_whole_chain_gives_the_same_image() {
     let Some(context) = testkit::gpu() else { return };
-    for (list, method) in settings() {
-        let frame =
-            frame(context, &corner(lights()[0], 1.0), CAMERA, &options(list, method), &Params::default());
+    for setup in setups() {
+        let frame = frame(context, &corner(lights()[0], 1.0), CAMERA, &setup);
         let mean: Vec3 = frame.image.iter().map(|v| v.vec3()).sum::<Vec3>() / frame.image.len() as f32;
         let expected = frame.cpu.image.mean();
         // Silhouettes, a texel in a hundred or fewer of 45², carry their flux elsewhere.
-        let error = (mean - expected).abs().max_element() / expected.max_element();
-        println!("{list:?} {method:?}: {error:.1e}");
-        assert!(error < 1e-2, "{list:?} {method:?}: {mean} {expected}");
+        for mean in [mean, frame.mixed.image.mean()] {
+            let error = (mean - expected).abs().max_element() / expected.max_element();
+            println!("{setup:?}: {error:.1e}");
+            assert!(error < 1e-2, "{setup:?}: {mean} {expected}");
+        }
     }
 }
 
@@ -207,9 +209,9 @@ fn a_scene_without_light_or_surface_is_black() {
     let mut empty = corner(lights()[0], 1.0);
     empty.mesh = indirect_core::Mesh::default();
     for scene in [dark, black, empty] {
-        for (list, method) in settings() {
-            let frame = frame(context, &scene, CAMERA, &options(list, method), &Params::default());
-            assert!(frame.image.iter().all(|v| *v == Vec3Pad::default()), "{list:?} {method:?}");
+        for setup in setups() {
+            let frame = frame(context, &scene, CAMERA, &setup);
+            assert!(frame.image.iter().all(|v| *v == Vec3Pad::default()), "{setup:?}");
         }
     }
 }

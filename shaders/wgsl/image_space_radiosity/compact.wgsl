@@ -1,17 +1,5 @@
-// compact: the valid blocks as one list in Z order, without atomics: count per run of nodes, add up, write.
+// compact: the valid blocks as one list in Z order, without atomics: count per run of nodes, add up, write; then what is where.
 // Twin: crates/image-space-radiosity/src/cpu/compact.rs.
-
-/// Lengths.
-struct Compact {
-    /// Entries of the order.
-    entries: u32,
-    /// Runs of RUN entries.
-    runs: u32,
-    /// Nodes that have a state.
-    nodes: u32,
-    /// Dispatches of the gather, one per chunk of lights.
-    chunks: u32,
-}
 
 /// Number of fragments, and arguments of the indirect calls that treat them.
 struct Totals {
@@ -19,7 +7,7 @@ struct Totals {
     pad0: u32,
     pad1: u32,
     pad2: u32,
-    /// Workgroups of the traversal.
+    /// Workgroups of the traversal and of all that treats four fragments per thread.
     traverse: array<u32, 3>,
     pad3: u32,
     /// Vertices and instances of the splat.
@@ -28,17 +16,19 @@ struct Totals {
     gather: array<u32>,
 }
 
-@group(0) @binding(0) var<uniform> params: Compact;
+@group(0) @binding(0) var<uniform> lengths: Lengths;
 @group(0) @binding(1) var<storage, read> order: array<u32>;
 @group(0) @binding(2) var<storage, read> states: array<u32>;
 @group(0) @binding(3) var<storage, read_write> runs: array<u32>;
-@group(0) @binding(4) var<storage, read> blocks: array<Block>;
-@group(0) @binding(5) var<storage, read_write> positions: array<vec4<f32>>;
-@group(0) @binding(6) var<storage, read_write> normals: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read_write> slots: array<u32>;
-@group(0) @binding(8) var<storage, read_write> fragment_nodes: array<u32>;
-@group(0) @binding(9) var<storage, read_write> totals: Totals;
-@group(0) @binding(10) var<storage, read> lights: array<u32>;
+@group(0) @binding(4) var<storage, read_write> fragment_positions: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> fragment_normals: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> slots: array<u32>;
+@group(0) @binding(7) var<storage, read_write> fragment_nodes: array<u32>;
+@group(0) @binding(8) var<storage, read_write> totals: Totals;
+/// `totals` where its arguments are in use: the number of fragments first.
+@group(0) @binding(9) var<storage, read> fragment_count: array<u32>;
+/// Number of lights.
+@group(0) @binding(13) var<storage, read> count: array<u32>;
 
 /// Entries that one thread counts.
 const RUN: u32 = 64u;
@@ -54,21 +44,21 @@ fn compact_count(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let run = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if run < params.runs {
-        var count = 0u;
-        for (var i = run * RUN; i < min((run + 1u) * RUN, params.entries); i++) {
-            count += u32(is_valid(order[i]));
+    if run < lengths.runs {
+        var valid = 0u;
+        for (var i = run * RUN; i < min((run + 1u) * RUN, lengths.entries); i++) {
+            valid += u32(is_valid(order[i]));
         }
-        runs[run] = count;
+        runs[run] = valid;
     }
 }
 
 /// Replaces each run's count by the number of fragments before it; one workgroup.
 @compute @workgroup_size(256)
 fn compact_scan(@builtin(local_invocation_index) thread: u32) {
-    let share = (params.runs + THREADS - 1u) / THREADS;
-    let begin = min(thread * share, params.runs);
-    let end = min(begin + share, params.runs);
+    let share = (lengths.runs + THREADS - 1u) / THREADS;
+    let begin = min(thread * share, lengths.runs);
+    let end = min(begin + share, lengths.runs);
     var own = 0u;
     for (var i = begin; i < end; i++) {
         own += runs[i];
@@ -87,9 +77,9 @@ fn compact_scan(@builtin(local_invocation_index) thread: u32) {
     }
     var next = sums[thread] - own;
     for (var i = begin; i < end; i++) {
-        let count = runs[i];
+        let valid = runs[i];
         runs[i] = next;
-        next += count;
+        next += valid;
     }
     if thread == THREADS - 1u {
         totals.fragments = sums[thread];
@@ -103,18 +93,31 @@ fn compact_write(
     @builtin(local_invocation_index) local_index: u32,
 ) {
     let run = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if run < params.runs {
+    if run < lengths.runs {
         var next = runs[run];
-        for (var i = run * RUN; i < min((run + 1u) * RUN, params.entries); i++) {
+        for (var i = run * RUN; i < min((run + 1u) * RUN, lengths.entries); i++) {
             let node = order[i];
             if is_valid(node) {
-                positions[next] = vec4(blocks[node].position, 0.0);
-                normals[next] = vec4(blocks[node].normal, 0.0);
                 fragment_nodes[next] = node;
                 slots[node] = next;
                 next += 1u;
             }
         }
+    }
+}
+
+/// Where the fragments lie; four per thread.
+@compute @workgroup_size(64)
+fn compact_points(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let begin = 4u * grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    for (var i = begin; i < min(begin + 4u, fragment_count[0]); i++) {
+        let own = block(fragment_nodes[i], lengths.pixels);
+        fragment_positions[i] = vec4(own.position, 0.0);
+        fragment_normals[i] = vec4(own.normal, 0.0);
     }
 }
 
@@ -132,11 +135,11 @@ fn compact_arguments(
     let x = (workgroups + y - 1u) / y;
     if chunk == 0u {
         totals.traverse = array(x, y, 1u);
-        totals.splat = array(totals.fragments, lights[0], 0u, 0u);
+        totals.splat = array(totals.fragments, count[0], 0u, 0u);
     }
-    if chunk < params.chunks {
+    if chunk < lengths.chunks {
         // The first chunk also clears.
-        let used = chunk == 0u || lights[0] > chunk * CHUNK;
+        let used = chunk == 0u || count[0] > chunk * CHUNK;
         totals.gather[3u * chunk] = select(0u, x, used);
         totals.gather[3u * chunk + 1u] = y;
         totals.gather[3u * chunk + 2u] = 1u;
@@ -144,5 +147,5 @@ fn compact_arguments(
 }
 
 fn is_valid(node: u32) -> bool {
-    return node < params.nodes && states[node] == VALID;
+    return node < lengths.nodes && states[node] == VALID;
 }

@@ -50,11 +50,70 @@ struct LevelPair {
     coarse_offset: u32,
     coarse_width: u32,
     coarse_height: u32,
-    pad0: u32,
+    /// First node of level 1: those of level 0 are not stored.
+    first: u32,
     image_width: u32,
     image_height: u32,
+    pad0: u32,
     pad1: u32,
-    pad2: u32,
+}
+
+/// One map among all.
+struct MapIndex {
+    map: u32,
+    /// First branch of the part of the tree that holds this map's.
+    first_branch: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+/// What may change from frame to frame.
+struct Settings {
+    /// Depth range of a block, relative to its greatest depth, from which on it is subdivided.
+    depth: f32,
+    /// Likewise the versine of the half angle of its cone of normals.
+    versine: f32,
+    /// Reach of what rises beside a block, in its radii.
+    margin: f32,
+    /// Second differences of the irradiance across a block, as a share of the reference irradiance.
+    bend: f32,
+    /// Distance of a patch from its plane relative to its radius, from which on it is subdivided.
+    patch_depth: f32,
+    /// Likewise the versine of the half angle of its cone of normals.
+    patch_versine: f32,
+    /// Share of the reference irradiance from which on a patch is subdivided.
+    tau: f32,
+    /// What is compared with it. 0: the error of a patch; 1: the light that it sends.
+    bound: u32,
+    /// What a light's area is multiplied by: 1 for the disc form, 0 for the point form.
+    area_scale: f32,
+    /// Share of the reference irradiance at which a bounded splat ends.
+    cutoff: f32,
+    pad0: f32,
+    pad1: f32,
+}
+
+/// How much there is of everything.
+struct Lengths {
+    /// Pixels: the first node of level 1.
+    pixels: u32,
+    /// Nodes that have a state.
+    nodes: u32,
+    /// Entries of the order.
+    entries: u32,
+    /// Runs of RUN entries.
+    runs: u32,
+    /// Dispatches of the gather, one per chunk of lights.
+    chunks: u32,
+    /// Nodes that the reference irradiance is a mean over: the first and their number.
+    first_receiver: u32,
+    receivers: u32,
+    /// Branches of each map, and those of them that are no texels.
+    branches: u32,
+    coarse_branches: u32,
+    pad0: u32,
+    /// Width and height of the target of splats.
+    splats: vec2<u32>,
 }
 
 /// What becomes of a block.

@@ -1,24 +1,9 @@
-// mips: mean and bounds of blocks of the camera's pixels, level by level; one dispatch per level.
+// mips: mean and bounds of blocks of the camera's pixels, level by level from level 1; one dispatch per level.
 // Twin: crates/image-space-radiosity/src/cpu/mips.rs. Source: Nichols, Shopf & Wyman 2009, §3.2.1.
 
 @group(0) @binding(0) var<uniform> pair: LevelPair;
-@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read_write> blocks: array<Block>;
-
-const BLOCK_EMPTY: Block = Block(vec3(0.0), 0x1.fffffep+127, vec3(0.0), 0.0, 0.0, 0u, 0u, 0.0);
-
-@compute @workgroup_size(64)
-fn mips_leaf(
-    @builtin(workgroup_id) workgroup_id: vec3<u32>,
-    @builtin(num_workgroups) num_workgroups: vec3<u32>,
-    @builtin(local_invocation_index) local_index: u32,
-) {
-    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < arrayLength(&positions) {
-        blocks[i] = leaf(positions[i].w, positions[i].xyz, normals[i].xyz);
-    }
-}
+/// Levels 1 and coarser.
+@group(0) @binding(1) var<storage, read_write> blocks: array<Block>;
 
 @compute @workgroup_size(64)
 fn mips_parent(
@@ -28,16 +13,8 @@ fn mips_parent(
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < pair.coarse_width * pair.coarse_height {
-        blocks[pair.coarse_offset + i] = parent(i % pair.coarse_width, i / pair.coarse_width);
+        blocks[pair.coarse_offset - pair.first + i] = parent(i % pair.coarse_width, i / pair.coarse_width);
     }
-}
-
-/// The block of one pixel.
-fn leaf(depth: f32, position: vec3<f32>, normal: vec3<f32>) -> Block {
-    if all(normal == vec3(0.0)) {
-        return BLOCK_EMPTY;
-    }
-    return Block(position, depth, normal, depth, 0.0, 1u, 0u, 0.0);
 }
 
 /// The block of the up to four children at (2x, 2y)…(2x+1, 2y+1).
@@ -76,7 +53,11 @@ fn parent(x: u32, y: u32) -> Block {
 /// A block of the finer level; empty outside the image.
 fn child(x: u32, y: u32) -> Block {
     if x < pair.fine_width && y < pair.fine_height {
-        return blocks[pair.fine_offset + y * pair.fine_width + x];
+        let node = pair.fine_offset + y * pair.fine_width + x;
+        if pair.level == 1u {
+            return pixel(node);
+        }
+        return blocks[node - pair.first];
     }
     return BLOCK_EMPTY;
 }

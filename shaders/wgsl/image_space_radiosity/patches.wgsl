@@ -1,26 +1,13 @@
-// patches: texels of a reflective shadow map put together to lights of any size; one dispatch per level.
+// patches: texels of a reflective shadow map put together to lights of any size; one dispatch per map and
+// level, from level 1.
 // Twin: crates/image-space-radiosity/src/cpu/patches.rs. Source: Nichols, Shopf & Wyman 2009, §3.3.
 
 @group(0) @binding(0) var<uniform> pair: LevelPair;
-@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read> texels: array<Texel>;
-@group(0) @binding(4) var<storage, read_write> patches: array<Patch>;
-
-const PATCH_EMPTY: Patch = Patch(vec3(0.0), 0.0, vec3(0.0), 0.0, vec3(0.0), 0.0, 0.0, 0.0, 0.0, 0.0);
-const FRAC_1_PI: f32 = 0.318309886183791;
-
-@compute @workgroup_size(64)
-fn patches_leaf(
-    @builtin(workgroup_id) workgroup_id: vec3<u32>,
-    @builtin(num_workgroups) num_workgroups: vec3<u32>,
-    @builtin(local_invocation_index) local_index: u32,
-) {
-    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
-    if i < arrayLength(&texels) {
-        patches[pair.coarse_offset + i] = leaf(positions[i].xyz, normals[i].xyz, texels[i]);
-    }
-}
+/// Of this map, levels 1 and coarser.
+@group(0) @binding(1) var<storage, read_write> patches: array<Patch>;
+@group(0) @binding(2) var<uniform> map_index: MapIndex;
+/// The coarse level that stands for the light of each map, one map after the other.
+@group(0) @binding(3) var<storage, read_write> sources: array<Patch>;
 
 @compute @workgroup_size(64)
 fn patches_parent(
@@ -30,21 +17,17 @@ fn patches_parent(
 ) {
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < pair.coarse_width * pair.coarse_height {
-        patches[pair.coarse_offset + i] = parent(i % pair.coarse_width, i / pair.coarse_width);
+        patches[pair.coarse_offset - pair.first + i] = parent(i % pair.coarse_width, i / pair.coarse_width);
     }
 }
 
-/// The patch of one texel: a disc.
-fn leaf(position: vec3<f32>, normal: vec3<f32>, texel: Texel) -> Patch {
-    var light = PATCH_EMPTY;
-    if weight(texel.reflected) > 0.0 {
-        light.position = position;
-        light.area = texel.area;
-        light.normal = normal;
-        light.radius = sqrt(texel.area * FRAC_1_PI);
-        light.flux = texel.reflected;
+/// Copies the pair's coarser level; one workgroup.
+@compute @workgroup_size(64)
+fn patches_sources(@builtin(local_invocation_index) i: u32) {
+    let count = pair.coarse_width * pair.coarse_height;
+    if i < count {
+        sources[map_index.map * count + i] = node(pair.coarse_offset + i);
     }
-    return light;
 }
 
 /// The patch of the up to four children at (2x, 2y)…(2x+1, 2y+1).
@@ -95,9 +78,17 @@ fn parent(x: u32, y: u32) -> Patch {
 /// A patch of the finer level; empty outside the map.
 fn child(x: u32, y: u32) -> Patch {
     if x < pair.fine_width && y < pair.fine_height {
-        return patches[pair.fine_offset + y * pair.fine_width + x];
+        return node(pair.fine_offset + y * pair.fine_width + x);
     }
     return PATCH_EMPTY;
+}
+
+/// The patch of a node.
+fn node(i: u32) -> Patch {
+    if i < pair.first {
+        return texel_patch(i);
+    }
+    return patches[i - pair.first];
 }
 
 /// Makes sphere, plane and cone contain those of a child.

@@ -1,21 +1,9 @@
 // refine: which blocks need subdivision; stencil: where light is gathered. Each is one dispatch over all levels.
 // Twin: crates/image-space-radiosity/src/cpu/refine.rs. Source: Nichols, Shopf & Wyman 2009, §3.2.1.
 
-/// When a block needs subdivision.
-struct Refine {
-    /// Depth range relative to the greatest depth.
-    depth: f32,
-    /// Versine of the half angle of the cone of normals.
-    versine: f32,
-    /// Reach of what rises beside a block, in its radii.
-    margin: f32,
-    /// What light may bend across a block, as a share of the reference irradiance.
-    bend: f32,
-}
-
-@group(0) @binding(1) var<uniform> params: Refine;
-@group(0) @binding(3) var<storage, read_write> needs: array<u32>;
-@group(0) @binding(4) var<storage, read_write> states: array<u32>;
+@group(0) @binding(1) var<uniform> settings: Settings;
+@group(0) @binding(2) var<storage, read_write> needs: array<u32>;
+@group(0) @binding(3) var<storage, read_write> states: array<u32>;
 
 @compute @workgroup_size(64)
 fn refine(
@@ -26,7 +14,7 @@ fn refine(
     // Pixels need none: `needs` begins with the blocks of level 1, where there are any.
     let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if table.coarsest > 0u && i + table.levels[1].x < table.nodes {
-        needs[i] = u32(needs_subdivision(i + table.levels[1].x));
+        needs[i] = u32(needs_subdivision(i));
     }
 }
 
@@ -42,6 +30,7 @@ fn stencil(
     }
 }
 
+/// Of a stored block, like all that follow: node i + table.levels[1].x.
 fn needs_subdivision(i: u32) -> bool {
     if blocks[i].pixels == 0u {
         return false;
@@ -52,33 +41,33 @@ fn needs_subdivision(i: u32) -> bool {
 /// Whether depths or normals vary too much inside a block. Not `<`, so that a threshold of 0 finds it everywhere.
 fn has_discontinuity(i: u32) -> bool {
     let depth_max = blocks[i].depth_max;
-    let flat = depth_max - blocks[i].depth_min < params.depth * depth_max && blocks[i].versine < params.versine;
+    let flat = depth_max - blocks[i].depth_min < settings.depth * depth_max && blocks[i].versine < settings.versine;
     return blocks[i].mixed != 0u || !flat;
 }
 
 /// Whether light bends too much across a block. Where there is no light, nothing bends.
 fn light_bends(i: u32) -> bool {
     let radius = blocks[i].radius;
-    return sources_at(blocks[i].position).y * (radius * radius) > params.bend * reference[0];
+    return sources_at(blocks[i].position).y * (radius * radius) > settings.bend * reference[0];
 }
 
 /// Whether another surface rises in front of a block's plane just beside it.
 fn rises_beside(i: u32) -> bool {
-    if params.margin == 0.0 {
+    if settings.margin == 0.0 {
         return false;
     }
-    let at = place(i);
+    let at = place(i + table.levels[1].x);
     let position = blocks[i].position;
     let normal = blocks[i].normal;
-    let near = params.margin * blocks[i].radius;
+    let near = settings.margin * blocks[i].radius;
     let ring = table.levels[at.x];
     let x_end = min(at.y + 2u, ring.y);
     let y_end = min(at.z + 2u, ring.z);
     for (var cy = max(at.z, 1u) - 1u; cy < y_end; cy++) {
         for (var cx = max(at.y, 1u) - 1u; cx < x_end; cx++) {
-            let k = ring.x + cy * ring.y + cx;
+            let k = ring.x - table.levels[1].x + cy * ring.y + cx;
             let offset = blocks[k].normal - normal;
-            if versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) < params.versine || blocks[k].pixels == 0u {
+            if versine_of_sum(0.5 * dot(offset, offset), blocks[k].versine) < settings.versine || blocks[k].pixels == 0u {
                 continue;
             }
             let v = blocks[k].position - position;
@@ -90,22 +79,23 @@ fn rises_beside(i: u32) -> bool {
     return false;
 }
 
-/// The first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is covered
-/// the next coarser one mostly says so.
+/// Of a node: the first block from the coarsest down that needs no subdivision is valid. They are asked from below: where one is
+/// covered the next coarser one mostly says so.
 fn state(i: u32) -> u32 {
-    if blocks[i].pixels == 0u {
+    let first = table.levels[0].y * table.levels[0].z;
+    if block(i, first).pixels == 0u {
         return EMPTY;
     }
     let at = place(i);
     for (var above = at.x + 1u; above <= table.coarsest; above++) {
         let l = table.levels[above];
         let shift = above - at.x;
-        if needs[l.x - table.levels[1].x + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
+        if needs[l.x - first + (at.z >> shift) * l.y + (at.y >> shift)] == 0u {
             return COVERED;
         }
     }
     if at.x == 0u {
         return VALID;
     }
-    return select(SPLIT, VALID, needs[i - table.levels[1].x] == 0u);
+    return select(SPLIT, VALID, needs[i - first] == 0u);
 }

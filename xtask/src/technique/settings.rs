@@ -69,7 +69,8 @@ impl Values {
             Some(Value::Int(v)) => v.into(),
             // By its decimals: 0.1 is not 0.10000000149011612.
             Some(Value::Number(v)) => v.to_string().parse::<Number>().map_or(Json::Null, Json::Number),
-            Some(Value::Word(v)) => v.into(),
+            // A word that is a number is one.
+            Some(Value::Word(v)) => v.parse::<u32>().map_or_else(|_| v.into(), Json::from),
             None => Json::Null,
         };
         Ok(keys::<T>().map(|key| (spelled(key), value(key))).collect())

@@ -3,7 +3,8 @@
 use rayon::prelude::*;
 use rsm::{PyramidLayout, Vpl};
 
-use crate::{layout::Patch, levels::place, params::Thresholds};
+use super::patches::Patches;
+use crate::{layout::Patch, levels::place, settings::Thresholds};
 
 /// One slot per node of each map's pyramid: its light where the node is a cluster, else [`Vpl::default`], whose flux is 0.
 ///
@@ -11,23 +12,24 @@ use crate::{layout::Patch, levels::place, params::Thresholds};
 /// texel belongs to exactly one.
 #[must_use]
 pub fn clusters(
-    patches: &[Patch],
+    maps: &[Patches<'_>],
     layout: &PyramidLayout,
     [coarsest, finest]: [usize; 2],
-    thresholds: &Thresholds,
+    thresholds: Thresholds,
 ) -> Vec<Vpl> {
-    let versine = thresholds.versine();
-    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < versine;
+    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < thresholds.versine;
     let count = layout.len();
-    (0..patches.len())
+    (0..maps.len() * count)
         .into_par_iter()
         .with_min_len(1024)
         .map(|i| {
-            let map = &patches[i - i % count..][..count];
-            let node = (i % count) as u32;
-            let (level, x, y) = place(layout, node);
-            let own = &map[node as usize];
-            if own.weight() <= 0.0 || level < finest || level > coarsest {
+            let (map, node) = (&maps[i / count], i % count);
+            let (level, x, y) = place(layout, node as u32);
+            if level < finest || level > coarsest {
+                return Vpl::default();
+            }
+            let own = &map.at(node);
+            if own.weight() <= 0.0 {
                 return Vpl::default();
             }
             // From the coarsest down: the first flat one is the cluster of all beneath.
@@ -35,7 +37,7 @@ pub fn clusters(
             while above > level {
                 let l = layout.levels[above];
                 let shift = above - level;
-                if flat(&map[(l.offset + (y >> shift) * l.size[0] + (x >> shift)) as usize]) {
+                if flat(map.coarse((l.offset + (y >> shift) * l.size[0] + (x >> shift)) as usize)) {
                     return Vpl::default();
                 }
                 above -= 1;

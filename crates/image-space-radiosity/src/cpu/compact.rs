@@ -1,33 +1,26 @@
 //! `compact`: the valid blocks as one list of fragments, neighbours near each other.
 
-use glam::Vec3;
+use rayon::prelude::*;
 use rsm::PyramidLayout;
 
-use crate::layout::{Block, state};
-
-/// The valid blocks in Z order.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Fragments {
-    /// The node of each fragment.
-    pub nodes: Vec<u32>,
-    /// World position, metres, and unit normal of each fragment.
-    pub points: Vec<(Vec3, Vec3)>,
-    /// The fragment of each valid node; 0 for any other node.
-    pub slots: Vec<u32>,
-}
+use super::blocks::Blocks;
+use crate::{layout::state, output::Fragments};
 
 /// Lists the nodes that are [`state::VALID`], in Z order.
 #[must_use]
-pub fn compact(blocks: &[Block], states: &[u32], layout: &PyramidLayout, coarsest: usize) -> Fragments {
-    let mut fragments = Fragments { slots: vec![0; states.len()], ..Fragments::default() };
-    let walk = Walk { blocks, states, layout };
+pub fn compact(blocks: &Blocks<'_>, states: &[u32], layout: &PyramidLayout, coarsest: usize) -> Fragments {
+    let count = states.iter().filter(|s| **s == state::VALID).count();
+    let (nodes, slots) = (Vec::with_capacity(count), vec![0; states.len()]);
+    let mut fragments = Fragments { nodes, slots, ..Fragments::default() };
+    let walk = Walk { states, layout };
     // Down from the single node of the last level; levels above the coarsest blocks have no state and are passed through.
     walk.visit(&mut fragments, layout.levels.len() - 1, coarsest, 0, 0);
+    let points = fragments.nodes.par_iter().with_min_len(1024).map(|node| blocks.point(*node as usize));
+    points.unzip_into_vecs(&mut fragments.positions, &mut fragments.normals);
     fragments
 }
 
 struct Walk<'a> {
-    blocks: &'a [Block],
     states: &'a [u32],
     layout: &'a PyramidLayout,
 }
@@ -41,10 +34,8 @@ impl Walk<'_> {
         let node = (l.offset + y * l.size[0] + x) as usize;
         let state = if level > coarsest { state::SPLIT } else { self.states[node] };
         if state == state::VALID {
-            let block = &self.blocks[node];
             fragments.slots[node] = fragments.nodes.len() as u32;
             fragments.nodes.push(node as u32);
-            fragments.points.push((block.position, block.normal));
         } else if state == state::SPLIT && level > 0 {
             for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 self.visit(fragments, level - 1, coarsest, 2 * x + dx, 2 * y + dy);

@@ -5,57 +5,47 @@ use indirect_core::{GBuffer, math::versine_of_sum};
 use rayon::prelude::*;
 use rsm::PyramidLayout;
 
+use super::blocks::pixel;
 use crate::layout::Block;
 
-/// The blocks of all levels of `layout`, which is that of the surface's size.
+/// The blocks of the levels `1..` of `layout`, which is that of the camera's size.
 #[must_use]
-pub fn mips(surface: &GBuffer, layout: &PyramidLayout) -> Vec<Block> {
-    let mut blocks = Vec::with_capacity(layout.len());
-    (0..surface.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|i| leaf(surface.depth[i], surface.position[i], surface.normal[i]))
-        .collect_into_vec(&mut blocks);
+pub fn mips(camera: &GBuffer, layout: &PyramidLayout) -> Vec<Block> {
+    let first = camera.len();
+    let mut blocks = Vec::with_capacity(layout.len() - first);
     for (level, pair) in (1..).zip(layout.levels.windows(2)) {
         let (fine, coarse) = (pair[0], pair[1]);
-        let children = &blocks[fine.offset as usize..];
-        let width = coarse.size[0];
-        let nodes: Vec<Block> = (0..coarse.len() as u32)
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| parent(children, fine.size, [i % width, i / width], level, surface.size))
-            .collect();
+        let (width, fine_width) = (coarse.size[0], fine.size[0]);
+        let nodes = (0..coarse.len() as u32).into_par_iter().with_min_len(1024);
+        let at = |i: u32| [i % width, i / width];
+        let nodes: Vec<Block> = if level == 1 {
+            let child = |x, y| pixel(camera, (y * fine_width + x) as usize);
+            nodes.map(|i| parent(child, fine.size, at(i), level, camera.size)).collect()
+        } else {
+            let children = &blocks[fine.offset as usize - first..];
+            let child = |x, y| children[(y * fine_width + x) as usize];
+            nodes.map(|i| parent(child, fine.size, at(i), level, camera.size)).collect()
+        };
         blocks.extend(nodes);
     }
     blocks
 }
 
-/// The block of one pixel.
-fn leaf(depth: f32, position: Vec3, normal: Vec3) -> Block {
-    if normal == Vec3::ZERO {
-        return Block::EMPTY;
-    }
-    Block {
-        position,
-        depth_min: depth,
-        normal,
-        depth_max: depth,
-        versine: 0.0,
-        pixels: 1,
-        mixed: 0,
-        radius: 0.0,
-    }
-}
-
 /// The block of the up to four children at `(2x, 2y)…(2x+1, 2y+1)`.
-fn parent(children: &[Block], size: [u32; 2], [x, y]: [u32; 2], level: u32, image: [u32; 2]) -> Block {
+fn parent(
+    child: impl Fn(u32, u32) -> Block,
+    size: [u32; 2],
+    [x, y]: [u32; 2],
+    level: u32,
+    image: [u32; 2],
+) -> Block {
     let mut block = Block::EMPTY;
     let mut axis = Vec3::ZERO;
     let x_end = (2 * x + 2).min(size[0]);
     let y_end = (2 * y + 2).min(size[1]);
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             block.depth_min = block.depth_min.min(child.depth_min);
             block.depth_max = block.depth_max.max(child.depth_max);
             block.pixels += child.pixels;
@@ -73,13 +63,13 @@ fn parent(children: &[Block], size: [u32; 2], [x, y]: [u32; 2], level: u32, imag
     block.normal = if cancelled { Vec3::Z } else { axis * (1.0 / length) };
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             block.position += child.position * (child.pixels as f32 / block.pixels as f32);
         }
     }
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             if child.pixels > 0 {
                 let v = child.position - block.position;
                 block.radius = block.radius.max(v.dot(v).sqrt() + child.radius);

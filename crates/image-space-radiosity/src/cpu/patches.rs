@@ -6,60 +6,106 @@
 use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use indirect_core::{GBuffer, math::versine_of_sum};
+use indirect_core::math::versine_of_sum;
 use rayon::prelude::*;
-use rsm::{PyramidLayout, Rsm, Texel};
+use rsm::{Map, PyramidLayout, Texel, Vpl};
 
 use crate::layout::Patch;
 
-/// The patches of all levels of each map, one map after the other.
-#[must_use]
-pub fn patches(rsm: &Rsm, layout: &PyramidLayout) -> Vec<Patch> {
-    let mut all = Vec::with_capacity(rsm.maps.len() * layout.len());
-    for map in &rsm.maps {
-        all.extend(patches_of_map(&map.surface, &map.texels, layout));
-    }
-    all
+/// The patches of all levels of a map: those of level 0 are its texels, coarser ones are stored.
+#[derive(Debug, Clone, Copy)]
+pub struct Patches<'a> {
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+    texels: &'a [Texel],
+    coarse: &'a [Patch],
 }
 
-fn patches_of_map(surface: &GBuffer, texels: &[Texel], layout: &PyramidLayout) -> Vec<Patch> {
-    let mut patches = Vec::with_capacity(layout.len());
-    (0..texels.len())
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|i| leaf(surface.position[i], surface.normal[i], &texels[i]))
-        .collect_into_vec(&mut patches);
-    for pair in layout.levels.windows(2) {
+impl<'a> Patches<'a> {
+    /// From the texels and the stored patches, level 1 first: those that [`patches`] makes.
+    #[must_use]
+    pub fn new(map: &'a Map, coarse: &'a [Patch]) -> Self {
+        Self { positions: &map.surface.position, normals: &map.surface.normal, texels: &map.texels, coarse }
+    }
+
+    /// The patch of a node.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, node: usize) -> Patch {
+        match node.checked_sub(self.texels.len()) {
+            None => self.texel(node),
+            Some(i) => self.coarse[i],
+        }
+    }
+
+    /// The patch of a node, or the light of a texel.
+    #[inline]
+    pub(super) fn get(&self, node: usize) -> Result<&'a Patch, Vpl> {
+        match node.checked_sub(self.texels.len()) {
+            Some(i) => Ok(&self.coarse[i]),
+            None if weight(self.texels[node].reflected) <= 0.0 => Err(Vpl::default()),
+            None => {
+                let texel = &self.texels[node];
+                Err(Vpl::new(self.positions[node], self.normals[node], texel.reflected, texel.area))
+            }
+        }
+    }
+
+    /// The patch of a node above level 0.
+    #[inline]
+    pub(super) fn coarse(&self, node: usize) -> &'a Patch {
+        &self.coarse[node - self.texels.len()]
+    }
+
+    /// The patch of one texel: a disc.
+    #[inline]
+    fn texel(&self, i: usize) -> Patch {
+        let texel = &self.texels[i];
+        if weight(texel.reflected) <= 0.0 {
+            return Patch::default();
+        }
+        Patch {
+            position: self.positions[i],
+            area: texel.area,
+            normal: self.normals[i],
+            radius: (texel.area * FRAC_1_PI).sqrt(),
+            flux: texel.reflected,
+            ..Patch::default()
+        }
+    }
+}
+
+/// The patches of the levels `1..` of a map, whose size is that of `layout`.
+#[must_use]
+pub fn patches(map: &Map, layout: &PyramidLayout) -> Vec<Patch> {
+    let first = map.texels.len();
+    let texels = Patches::new(map, &[]);
+    let mut patches = Vec::with_capacity(layout.len() - first);
+    for (level, pair) in (1..).zip(layout.levels.windows(2)) {
         let (fine, coarse) = (pair[0], pair[1]);
-        let children = &patches[fine.offset as usize..];
-        let width = coarse.size[0];
-        let level: Vec<Patch> = (0..coarse.len() as u32)
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| parent(children, fine.size, i % width, i / width))
-            .collect();
-        patches.extend(level);
+        let (width, fine_width) = (coarse.size[0], fine.size[0]);
+        let nodes = (0..coarse.len() as u32).into_par_iter().with_min_len(1024);
+        let at = |i: u32| [i % width, i / width];
+        let nodes: Vec<Patch> = if level == 1 {
+            let child = |x, y| texels.texel((y * fine_width + x) as usize);
+            nodes.map(|i| parent(child, fine.size, at(i))).collect()
+        } else {
+            let children = &patches[fine.offset as usize - first..];
+            let child = |x, y| children[(y * fine_width + x) as usize];
+            nodes.map(|i| parent(child, fine.size, at(i))).collect()
+        };
+        patches.extend(nodes);
     }
     patches
 }
 
-/// The patch of one texel: a disc.
-fn leaf(position: Vec3, normal: Vec3, texel: &Texel) -> Patch {
-    if texel.reflected.x + texel.reflected.y + texel.reflected.z <= 0.0 {
-        return Patch::default();
-    }
-    Patch {
-        position,
-        area: texel.area,
-        normal,
-        radius: (texel.area * FRAC_1_PI).sqrt(),
-        flux: texel.reflected,
-        ..Patch::default()
-    }
+/// Sum of the channels.
+fn weight(flux: Vec3) -> f32 {
+    flux.x + flux.y + flux.z
 }
 
 /// The patch of the up to four children at `(2x, 2y)…(2x+1, 2y+1)`.
-fn parent(children: &[Patch], size: [u32; 2], x: u32, y: u32) -> Patch {
+fn parent(child: impl Fn(u32, u32) -> Patch, size: [u32; 2], [x, y]: [u32; 2]) -> Patch {
     let mut patch = Patch::default();
     let x_end = (2 * x + 2).min(size[0]);
     let y_end = (2 * y + 2).min(size[1]);
@@ -67,7 +113,7 @@ fn parent(children: &[Patch], size: [u32; 2], x: u32, y: u32) -> Patch {
     let mut most = 0.0;
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             patch.flux += child.flux;
             patch.area += child.area;
             let weight = child.weight();
@@ -84,7 +130,7 @@ fn parent(children: &[Patch], size: [u32; 2], x: u32, y: u32) -> Patch {
     let mut axis = Vec3::ZERO;
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             let share = child.weight() / total;
             patch.position += child.position * share;
             axis += child.normal * share;
@@ -96,7 +142,7 @@ fn parent(children: &[Patch], size: [u32; 2], x: u32, y: u32) -> Patch {
     patch.normal = if cancelled { brightest } else { axis * (1.0 / length) };
     for cy in 2 * y..y_end {
         for cx in 2 * x..x_end {
-            let child = &children[(cy * size[0] + cx) as usize];
+            let child = child(cx, cy);
             if child.weight() > 0.0 {
                 let v = child.position - patch.position;
                 patch.radius = patch.radius.max(v.dot(v).sqrt() + child.radius);

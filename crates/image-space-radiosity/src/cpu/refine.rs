@@ -8,42 +8,51 @@ use indirect_core::math::versine_of_sum;
 use rayon::prelude::*;
 use rsm::PyramidLayout;
 
-use super::sources::Sources;
+use super::blocks::Blocks;
+use super::sources::sources_at;
 use crate::{
-    layout::{Block, state},
+    layout::{Block, Patch, state},
     levels::place,
-    params::Params,
+    settings::Thresholds,
 };
 
-/// Per node of the levels `1..=coarsest` (pixels need none), whether it needs subdivision; `reference` is the reference
-/// irradiance, W/m².
+/// When a block needs subdivision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Subdivision {
+    /// Where it holds a discontinuity.
+    pub thresholds: Thresholds,
+    /// See [`Params::margin`](crate::Params::margin).
+    pub margin: f32,
+    /// Second differences of the irradiance beyond which light bends too much across it, W/m²: [`Params::bend`](crate::Params::bend)
+    /// times the reference irradiance.
+    pub bend: f32,
+}
+
+/// Per node of the levels `1..=coarsest` (pixels need none), whether it needs subdivision.
 #[must_use]
 pub fn refine(
-    blocks: &[Block],
+    blocks: &Blocks<'_>,
     layout: &PyramidLayout,
     coarsest: usize,
-    params: &Params,
-    sources: &Sources<'_>,
-    reference: f32,
+    subdivision: &Subdivision,
+    sources: &[Patch],
 ) -> Vec<u32> {
-    let most = params.bend * reference;
-    let depth = params.blocks.depth;
-    let versine = params.blocks.versine();
+    let Subdivision { thresholds: Thresholds { depth, versine }, margin, bend } = *subdivision;
     (pixels(layout)..node_count(layout, coarsest))
         .into_par_iter()
         .with_min_len(1024)
         .map(|i| {
             let (level, x, y) = place(layout, i);
-            let own = &blocks[i as usize];
+            let l = layout.levels[level];
+            let ring = blocks.level(l);
+            let own = &ring[(i - l.offset) as usize];
             if own.pixels == 0 {
                 return 0;
             }
-            let l = layout.levels[level];
-            let ring = &blocks[l.offset as usize..];
             u32::from(
                 has_discontinuity(own, depth, versine)
-                    || rises_beside(own, ring, l.size, [x, y], versine, params.margin)
-                    || light_bends(own, sources, most),
+                    || rises_beside(own, ring, l.size, [x, y], versine, margin)
+                    || light_bends(own, sources, bend),
             )
         })
         .collect()
@@ -51,13 +60,13 @@ pub fn refine(
 
 /// Per node of the levels `0..=coarsest`, its [`state`].
 #[must_use]
-pub fn stencil(blocks: &[Block], needs: &[u32], layout: &PyramidLayout, coarsest: usize) -> Vec<u32> {
+pub fn stencil(blocks: &Blocks<'_>, needs: &[u32], layout: &PyramidLayout, coarsest: usize) -> Vec<u32> {
     let first = pixels(layout);
     (0..node_count(layout, coarsest))
         .into_par_iter()
         .with_min_len(1024)
         .map(|i| {
-            if blocks[i as usize].pixels == 0 {
+            if blocks.is_empty(i as usize) {
                 return state::EMPTY;
             }
             let (level, x, y) = place(layout, i);
@@ -75,7 +84,7 @@ pub fn stencil(blocks: &[Block], needs: &[u32], layout: &PyramidLayout, coarsest
 }
 
 /// Number of nodes of the levels `0..=coarsest`.
-pub(crate) fn node_count(layout: &PyramidLayout, coarsest: usize) -> u32 {
+fn node_count(layout: &PyramidLayout, coarsest: usize) -> u32 {
     let last = layout.levels[coarsest];
     last.offset + last.len() as u32
 }
@@ -92,8 +101,8 @@ fn has_discontinuity(block: &Block, depth: f32, versine: f32) -> bool {
 }
 
 /// Whether light bends too much across a block. Where there is no light, nothing bends.
-fn light_bends(block: &Block, sources: &Sources<'_>, most: f32) -> bool {
-    sources.at(block.position).1 * (block.radius * block.radius) > most
+fn light_bends(block: &Block, sources: &[Patch], most: f32) -> bool {
+    sources_at(sources, block.position).1 * (block.radius * block.radius) > most
 }
 
 /// Whether another surface rises in front of a block's plane just beside it. `ring` are the blocks of its level.

@@ -10,10 +10,11 @@ use rsm::{Form, Vpl};
 /// Multiresolution splatting (Nichols & Wyman 2009): every light adds itself to every fragment, one light after the other.
 /// Irradiance per fragment, W/m².
 #[must_use]
-pub fn splat(vpls: &[Vpl], points: &[(Vec3, Vec3)], form: Form) -> Vec<Vec3> {
-    let mut irradiance = vec![Vec3::ZERO; points.len()];
+pub fn splat(vpls: &[Vpl], positions: &[Vec3], normals: &[Vec3], form: Form) -> Vec<Vec3> {
+    let mut irradiance = vec![Vec3::ZERO; positions.len()];
     for vpl in vpls {
-        irradiance.par_iter_mut().with_min_len(4096).zip(points).for_each(|(e, (p, n))| {
+        let fragments = irradiance.par_iter_mut().with_min_len(4096).zip(positions).zip(normals);
+        fragments.for_each(|((e, p), n)| {
             *e += vpl.flux * form_factor_per_area(vpl, *p, *n, form.area_scale());
         });
     }
@@ -33,7 +34,7 @@ pub fn splat_bounded(vpls: &[Vpl], surface: &GBuffer, view: &View, cutoff: f32, 
         })
         .collect();
     let mut irradiance = vec![Vec3::ZERO; surface.len()];
-    irradiance.par_chunks_mut(width as usize).zip(0..height).for_each(|(row, y)| {
+    irradiance.par_chunks_mut(width.max(1) as usize).zip(0..height).for_each(|(row, y)| {
         for (vpl, reach2, [min, max]) in &footprints {
             if (min[1]..max[1]).contains(&y) {
                 for x in min[0]..max[0] {

@@ -12,12 +12,13 @@ use crate::{layout::Branch, levels::TILE};
 
 /// Irradiance per fragment, W/m², and the number of lights in the cut of each tile.
 #[must_use]
-pub fn traverse(tree: &[Branch], points: &[(Vec3, Vec3)], form: Form) -> (Vec<Vec3>, Vec<u32>) {
-    let tiles: Vec<(Vec<Vec3>, u32)> = points
+pub fn traverse(tree: &[Branch], positions: &[Vec3], normals: &[Vec3], form: Form) -> (Vec<Vec3>, Vec<u32>) {
+    let tiles: Vec<(Vec<Vec3>, u32)> = positions
         .par_chunks(TILE)
-        .map_init(Vec::new, |lights, tile| {
-            cut(tree, &Tile::new(tile), lights);
-            let receivers: Receivers = tile.iter().copied().collect();
+        .zip(normals.par_chunks(TILE))
+        .map_init(Vec::new, |lights, (positions, normals)| {
+            cut(tree, &Tile::new(positions), lights);
+            let receivers: Receivers = positions.iter().copied().zip(normals.iter().copied()).collect();
             (rsm::cpu::gather(lights, &receivers, form), lights.len() as u32)
         })
         .collect();
@@ -32,10 +33,10 @@ pub struct Tile([[f32; TILE]; 3]);
 impl Tile {
     /// The tile of one to [`TILE`] points; of none, the origin.
     #[must_use]
-    pub fn new(points: &[(Vec3, Vec3)]) -> Self {
+    pub fn new(points: &[Vec3]) -> Self {
         let mut tile = Self([[0.0; TILE]; 3]);
         for lane in 0..TILE {
-            if let Some((p, _)) = points.get(lane.min(points.len().saturating_sub(1))) {
+            if let Some(p) = points.get(lane.min(points.len().saturating_sub(1))) {
                 for axis in 0..3 {
                     tile.0[axis][lane] = p[axis];
                 }

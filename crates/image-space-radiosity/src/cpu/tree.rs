@@ -7,10 +7,11 @@ use core::f32::consts::PI;
 
 use rayon::prelude::*;
 
+use super::patches::Patches;
 use crate::{
     layout::{Branch, Patch},
-    levels::{Links, place},
-    params::Bound,
+    levels::{Links, level_of},
+    settings::Bound,
 };
 
 /// The reach of a patch that is never exact enough, metres. Its square is finite.
@@ -21,34 +22,38 @@ pub const ALWAYS: f32 = 1e18;
 /// `threshold` is τ times the reference irradiance, W/m²; patches above the level `coarsest` are always subdivided.
 #[must_use]
 pub fn tree(
-    patches: &[Patch],
+    maps: &[Patches<'_>],
     links: &Links,
     [coarsest, finest]: [usize; 2],
     bound: Bound,
     threshold: f32,
 ) -> Vec<Branch> {
     let count = links.order.len();
-    let maps = patches.len() / links.layout.len();
-    (0..maps * count)
+    (0..maps.len() * count)
         .into_par_iter()
         .with_min_len(1024)
         .map(|i| {
             let (map, k) = (i / count, i % count);
-            let patch = &patches[map * links.layout.len() + links.order[k] as usize];
-            let (level, ..) = place(&links.layout, links.order[k]);
-            let reach = if level <= finest || patch.weight() <= 0.0 {
-                0.0
-            } else if level > coarsest {
-                ALWAYS
-            } else {
-                reach(patch, bound, threshold)
+            let (light, reach) = match maps[map].get(links.order[k] as usize) {
+                Ok(patch) => {
+                    let level = level_of(&links.layout, links.order[k]);
+                    let reach = if level <= finest || patch.weight() <= 0.0 {
+                        0.0
+                    } else if level > coarsest {
+                        ALWAYS
+                    } else {
+                        reach(patch, bound, threshold)
+                    };
+                    (patch.vpl(), reach)
+                }
+                Err(texel) => (texel, 0.0),
             };
             Branch {
-                position: patch.position,
-                area: patch.area,
-                normal: patch.normal,
+                position: light.position,
+                area: light.area,
+                normal: light.normal,
                 reach,
-                flux: patch.flux,
+                flux: light.flux,
                 next: (map * count) as u32 + links.next[k],
                 child: (map * count) as u32 + links.child[k],
                 ..Branch::default()

@@ -8,36 +8,24 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rsm::PyramidLayout;
 
-use super::compact::Fragments;
-use super::refine::node_count;
-use crate::layout::{Block, state};
+use super::blocks::Blocks;
+use crate::{
+    layout::{Block, state},
+    output::{Fragments, Irradiance},
+};
 
-/// The irradiance of all nodes of the levels `0..=coarsest`, W/m²: pulled, then pushed. The nodes of level 0 are the pixels.
-#[must_use]
-pub fn upsample(
-    blocks: &[Block],
-    states: &[u32],
-    fragments: &Fragments,
-    gathered: &[Vec3],
-    layout: &PyramidLayout,
-    coarsest: usize,
-) -> Vec<Vec3> {
-    let mut irradiance = pull(blocks, states, fragments, gathered, layout, coarsest);
-    push(blocks, states, layout, coarsest, &mut irradiance);
-    irradiance
-}
-
-/// Irradiance of valid and of subdivided blocks, from fine to coarse; 0 for covered and empty ones.
+/// Irradiance of the nodes of the levels `0..=coarsest`: that of valid and of subdivided blocks, from fine to coarse; 0 for
+/// covered and empty ones.
 #[must_use]
 pub fn pull(
-    blocks: &[Block],
+    blocks: &Blocks<'_>,
     states: &[u32],
     fragments: &Fragments,
     gathered: &[Vec3],
     layout: &PyramidLayout,
     coarsest: usize,
-) -> Vec<Vec3> {
-    let mut irradiance: Vec<Vec3> = Vec::with_capacity(node_count(layout, coarsest) as usize);
+) -> Irradiance {
+    let mut irradiance = Irradiance::default();
     for level in 0..=coarsest {
         let l = layout.levels[level];
         let done = &irradiance;
@@ -56,20 +44,25 @@ pub fn pull(
                 }
             })
             .collect();
-        irradiance.extend(values);
+        if level == 0 {
+            irradiance.pixels = values;
+        } else {
+            irradiance.coarse.extend(values);
+        }
     }
     irradiance
 }
 
 /// Mean of the children's irradiance, weighted by their surface pixels.
-fn mean(irradiance: &[Vec3], blocks: &[Block], offset: u32, size: [u32; 2], [x, y]: [u32; 2]) -> Vec3 {
+fn mean(irradiance: &Irradiance, blocks: &Blocks<'_>, offset: u32, size: [u32; 2], [x, y]: [u32; 2]) -> Vec3 {
     let mut sum = Vec3::ZERO;
     let mut pixels = 0;
     for cy in 2 * y..(2 * y + 2).min(size[1]) {
         for cx in 2 * x..(2 * x + 2).min(size[0]) {
             let child = (offset + cy * size[0] + cx) as usize;
-            sum += irradiance[child] * blocks[child].pixels as f32;
-            pixels += blocks[child].pixels;
+            let seen = blocks.at(child).pixels;
+            sum += irradiance.at(child) * seen as f32;
+            pixels += seen;
         }
     }
     // A subdivided block has surface pixels.
@@ -78,21 +71,23 @@ fn mean(irradiance: &[Vec3], blocks: &[Block], offset: u32, size: [u32; 2], [x, 
 
 /// Irradiance of covered blocks, from coarse to fine.
 pub fn push(
-    blocks: &[Block],
+    blocks: &Blocks<'_>,
     states: &[u32],
     layout: &PyramidLayout,
     coarsest: usize,
-    irradiance: &mut [Vec3],
+    irradiance: &mut Irradiance,
 ) {
+    let first = irradiance.pixels.len();
     for level in (0..coarsest).rev() {
         let (fine, coarse) = (layout.levels[level], layout.levels[level + 1]);
-        let nodes = coarse.offset as usize..coarse.offset as usize + coarse.len();
-        let (below, above) = irradiance.split_at_mut(coarse.offset as usize);
-        let parents =
-            Parents { blocks: &blocks[nodes.clone()], states: &states[nodes], above, size: coarse.size };
+        let (stored, above) = irradiance.coarse.split_at_mut(coarse.offset as usize - first);
+        let below =
+            if level == 0 { &mut irradiance.pixels[..] } else { &mut stored[fine.offset as usize - first..] };
+        let states = &states[coarse.offset as usize..];
+        let parents = Parents { blocks: blocks.level(coarse), states, above, size: coarse.size };
         let width = fine.size[0];
         // Two rows of children for each row of parents.
-        let rows = below[fine.offset as usize..].par_chunks_mut(2 * width as usize);
+        let rows = below.par_chunks_mut(2 * width as usize);
         rows.zip(0..coarse.size[1]).for_each(|(children, y)| {
             for x in 0..coarse.size[0] {
                 if let Some(values) = parents.children([x, y]) {

@@ -2,9 +2,35 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use glam::{Mat3, Vec2, Vec3};
+use image_space_radiosity::{Error, Output, Setup};
+use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::{GBuffer, Light, LightKind, Material, Projection, Scene, View};
 use indirect_sampling::rng::{hash_combine, pcg_hash, unit_f32};
 use rsm::{Map, Rsm, Selection, cpu, layout::Texel};
+
+/// A frame of `size` pixels that [`view`] sees.
+pub(crate) fn render(scene: &Scene, size: [u32; 2], scale: f32, setup: &Setup) -> Output {
+    let (accel, view) = (Accel::build(scene, BuildPreset::Fast), view(scale));
+    let camera = cast::gbuffer(&accel, &view, size);
+    image_space_radiosity::cpu::indirect(&frame(&accel, &view, &camera, setup)).unwrap()
+}
+
+/// A frame from maps, without a scene.
+pub(crate) fn from_maps(rsm: Rsm, camera: &GBuffer, setup: &Setup) -> Result<Output, Error> {
+    let (scene, view) = (Scene::default(), view(1.0));
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    image_space_radiosity::cpu::indirect_from(rsm, &frame(&accel, &view, camera, setup))
+}
+
+/// A frame that is yet to be computed.
+pub(crate) fn frame<'a>(
+    accel: &'a Accel<'a>,
+    view: &'a View,
+    camera: &'a GBuffer,
+    setup: &'a Setup,
+) -> image_space_radiosity::cpu::Frame<'a, Setup> {
+    image_space_radiosity::cpu::Frame::new(accel, view, camera, setup)
+}
 
 pub(crate) fn spot(position: Vec3, direction: Vec3, inner_degrees: f32, outer_degrees: f32) -> LightKind {
     LightKind::Spot {
@@ -133,7 +159,7 @@ pub(crate) fn flat_gather(rsm: &Rsm, camera: &GBuffer, form: rsm::Form) -> Vec<V
     let vpls = cpu::compact(&cpu::vpls(rsm, Selection::All, &[]));
     let (receivers, texels) = cpu::Receivers::of_surface(camera);
     let irradiance = cpu::gather(&vpls, &receivers, form);
-    cpu::shade(camera, &texels, &irradiance).pixels
+    indirect_filter::cpu::shade_texels(camera, &texels, &irradiance).pixels
 }
 
 /// `√mean((x − ref)²)/mean(ref)` over pixels that see a surface, mean of the channels.

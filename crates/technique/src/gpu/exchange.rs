@@ -190,6 +190,22 @@ impl<'a> Exchange<'a> {
         self.carry(buffer, 0, cpu, |x, cpu, gpu| x.compare(name, Data::words(cpu, 1), Data::words(gpu, 1)));
     }
 
+    /// Whole numbers of which only those count that `used` names: the GPU leaves what was there in the others.
+    pub fn words_where(
+        &mut self,
+        name: &str,
+        buffer: &Buffer,
+        cpu: &mut [u32],
+        used: impl Fn(usize) -> bool,
+    ) {
+        self.carry(buffer, 0, cpu, |x, cpu, gpu| {
+            let pick = |words: &[u32]| -> Vec<u32> {
+                words.iter().enumerate().filter(|(i, _)| used(*i)).map(|(_, word)| *word).collect()
+            };
+            x.compare(name, Data::words(&pick(cpu), 1), Data::words(&pick(gpu), 1));
+        });
+    }
+
     /// Whole numbers that are choices where something grazes a border: those that differ are counted, few are allowed.
     pub fn choices(&mut self, name: &str, buffer: &Buffer, cpu: &mut [u32]) {
         self.carry(buffer, 0, cpu, |x, cpu, gpu| {

@@ -1,0 +1,574 @@
+use core::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use indirect_core::settings::Settings as _;
+use indirect_gpu::wgpu::{Buffer, Device, Queue};
+use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, ViewUniform, buffers, uniform_buffer};
+use indirect_technique::gpu::{GpuTechnique, Inputs};
+use rsm::gpu::{CHUNK, Maps, VplList, VplSlots};
+use rsm::{Error, PyramidLayout, Vpl};
+
+use crate::layout::{Block, Branch, Patch};
+use crate::levels::{Links, Pyramids, RECEIVER_CELLS, TILE, level_of_cells, z_order};
+use crate::output::{ImageSpaceRadiosity, Setup};
+use crate::settings::{Lights, Method, Options, Params};
+
+/// Nodes that one thread of `compact` treats, as `compact.wgsl` declares it.
+const RUN: u64 = 64;
+
+/// What a storage binding may hold on any device, bytes.
+const PART: u64 = 128 << 20;
+
+/// Byte of [`FrameBuffers::totals`] at which the arguments of the traversal, of the splat and of the gather lie.
+pub(super) const TRAVERSE_ARGUMENTS: u64 = 16;
+pub(super) const SPLAT_ARGUMENTS: u64 = 32;
+pub(super) const GATHER_ARGUMENTS: u64 = 48;
+
+indirect_core::wgsl_struct! {
+    /// A level of a pyramid and the finer one below it.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct LevelPair = "LevelPair" {
+        fine_offset: u32,
+        fine_width: u32,
+        fine_height: u32,
+        level: u32,
+        coarse_offset: u32,
+        coarse_width: u32,
+        coarse_height: u32,
+        first: u32,
+        image_width: u32,
+        image_height: u32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+impl LevelPair {
+    /// Level 0 has no finer one.
+    fn new(layout: &PyramidLayout, level: usize) -> Self {
+        let (image, coarse) = (layout.levels[0], layout.levels[level]);
+        let fine = layout.levels[level.saturating_sub(1)];
+        Self {
+            fine_offset: fine.offset,
+            fine_width: fine.size[0],
+            fine_height: fine.size[1],
+            level: level as u32,
+            coarse_offset: coarse.offset,
+            coarse_width: coarse.size[0],
+            coarse_height: coarse.size[1],
+            first: image.len() as u32,
+            image_width: image.size[0],
+            image_height: image.size[1],
+            pad0: 0,
+            pad1: 0,
+        }
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// All levels of a pyramid.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct LevelTable = "LevelTable" {
+        levels: [[u32; 4]; 16],
+        count: u32,
+        coarsest: u32,
+        finest: u32,
+        nodes: u32,
+    }
+}
+
+impl LevelTable {
+    fn new(layout: &PyramidLayout, [coarsest, finest]: [usize; 2], nodes: u64) -> Self {
+        let (count, coarsest, finest) = (layout.levels.len() as u32, coarsest as u32, finest as u32);
+        let mut table = Self { levels: [[0; 4]; 16], count, coarsest, finest, nodes: nodes as u32 };
+        // A side of 2¹⁵ texels, more than any device has, makes 16 levels.
+        for (entry, l) in table.levels.iter_mut().zip(&layout.levels) {
+            *entry = [l.offset, l.size[0], l.size[1], 0];
+        }
+        table
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// One map among all.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct MapIndex = "MapIndex" {
+        map: u32,
+        first_branch: u32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// A part of the tree.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct PartRange = "Part" {
+        first: u32,
+        end: u32,
+        pad0: u32,
+        pad1: u32,
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// What may change from frame to frame.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct Settings = "Settings" {
+        depth: f32,
+        versine: f32,
+        margin: f32,
+        bend: f32,
+        patch_depth: f32,
+        patch_versine: f32,
+        tau: f32,
+        bound: u32,
+        area_scale: f32,
+        cutoff: f32,
+        pad0: f32,
+        pad1: f32,
+    }
+}
+
+impl Settings {
+    fn new(params: &Params) -> Self {
+        let (blocks, patches) = (params.blocks(), params.patches());
+        Self {
+            depth: blocks.depth,
+            versine: blocks.versine,
+            margin: params.margin,
+            bend: params.bend,
+            patch_depth: patches.depth,
+            patch_versine: patches.versine,
+            tau: params.tau,
+            bound: params.bound as u32,
+            area_scale: params.form.area_scale(),
+            cutoff: params.cutoff,
+            pad0: 0.0,
+            pad1: 0.0,
+        }
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// How much there is of everything.
+    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
+    pub(crate) struct Lengths = "Lengths" {
+        pixels: u32,
+        nodes: u32,
+        entries: u32,
+        runs: u32,
+        chunks: u32,
+        first_receiver: u32,
+        receivers: u32,
+        branches: u32,
+        coarse_branches: u32,
+        pad0: u32,
+        splats: [u32; 2],
+    }
+}
+
+/// What the lengths of buffers follow from.
+#[derive(Debug, Clone)]
+pub struct Sizes {
+    pub(super) pyramids: Pyramids,
+    pub(super) options: Options,
+    pub(super) size: [u32; 2],
+    maps: usize,
+}
+
+impl Sizes {
+    pub(crate) fn pixels(&self) -> u64 {
+        self.pyramids.pixels.levels[0].len() as u64
+    }
+
+    /// Nodes that have a state.
+    pub(super) fn nodes(&self) -> u64 {
+        self.pyramids.nodes() as u64
+    }
+
+    /// Nodes of the whole pyramid over the pixels.
+    fn entries(&self) -> u64 {
+        self.pyramids.pixels.len() as u64
+    }
+
+    pub(super) fn runs(&self) -> u64 {
+        self.entries().div_ceil(RUN)
+    }
+
+    /// Nodes of the pyramid over the texels of a map.
+    pub(super) fn patches(&self) -> u64 {
+        self.pyramids.texels.len() as u64
+    }
+
+    /// Maps that have patches.
+    fn patch_maps(&self) -> usize {
+        if self.options.has_patches() { self.maps } else { 0 }
+    }
+
+    /// Patches of the coarsest lights.
+    fn sources(&self) -> u64 {
+        let level = self.pyramids.texels.levels[self.pyramids.source_level()];
+        self.patch_maps() as u64 * level.len() as u64
+    }
+
+    /// Branches of each map.
+    pub(super) fn branches(&self) -> u64 {
+        if self.options.lights != Lights::Hierarchical {
+            return 0;
+        }
+        self.pyramids.texels.levels[self.pyramids.range[1]..].iter().map(|l| l.len() as u64).sum()
+    }
+
+    /// Those of them that are no texels.
+    pub(super) fn coarse_branches(&self) -> u64 {
+        let texels =
+            if self.pyramids.range[1] == 0 { self.pyramids.texels.levels[0].len() as u64 } else { 0 };
+        self.branches().saturating_sub(texels)
+    }
+
+    /// Maps whose branches are one part of the tree: as many as a binding of any device holds.
+    fn maps_per_part(&self) -> u64 {
+        (PART / (self.branches().max(1) * size_of::<Branch>() as u64)).max(1)
+    }
+
+    /// The branches of each part of the tree.
+    fn parts(&self) -> impl Iterator<Item = Range<u64>> {
+        let (per_part, all) = (self.maps_per_part() * self.branches(), self.maps as u64 * self.branches());
+        (0..all.div_ceil(per_part.max(1))).map(move |i| i * per_part..((i + 1) * per_part).min(all))
+    }
+
+    /// Slots of lights that are a list.
+    fn light_slots(&self) -> u64 {
+        match self.options.lights {
+            Lights::Hierarchical => 0,
+            Lights::Basic => self.maps as u64 * self.patches(),
+            Lights::Flat => self.options.selection().slot_count(self.maps, self.options.resolution) as u64,
+        }
+    }
+
+    /// Dispatches of the gather.
+    pub(super) fn chunks(&self) -> u64 {
+        self.light_slots().div_ceil(CHUNK.into()).max(1)
+    }
+
+    /// Width and height of the target of splats; zeros without.
+    pub(super) fn splats(&self) -> [u32; 2] {
+        match self.options.method {
+            Method::Gather => [0, 0],
+            Method::BoundedSplat => self.size,
+            Method::Splat => {
+                // As square as the list of fragments allows.
+                let width = (self.pixels() as f64).sqrt().ceil() as u32;
+                [width, self.pixels().div_ceil(width.max(1).into()) as u32]
+            }
+        }
+    }
+}
+
+buffers! {
+    /// Buffers of a frame, beside those of maps and lists.
+    pub struct FrameBuffers for Sizes {
+        /// The coarsest lights of all maps.
+        sources: [Patch] = Sizes::sources;
+        /// The reference irradiance, W/m².
+        reference: [f32] = |_| 1;
+        /// The clusters, one slot per patch of each map.
+        cluster_slots: [Vpl] = |s| if s.options.lights == Lights::Basic { s.light_slots() } else { 0 };
+        /// Node, next branch and first child of each branch of a map.
+        links: [[u32; 4]] = Sizes::branches;
+        /// Blocks of the camera's pixels, level 1 first.
+        blocks: [Block] = |s| s.entries() - s.pixels();
+        /// 1 per block that needs subdivision, level 1 first.
+        needs: [u32] = |s| s.nodes() - s.pixels();
+        /// The [`state`](crate::layout::state) of each node, the pixels first.
+        states: [u32] = Sizes::nodes;
+        /// Nodes in Z order.
+        order: [u32] = Sizes::entries;
+        /// Fragments before each run of the order.
+        runs: [u32] = Sizes::runs;
+        /// The fragment of each valid node; for any other node what a frame before has left.
+        slots: [u32] = Sizes::nodes;
+        /// The node of each fragment.
+        fragment_nodes: [u32] = Sizes::pixels;
+        /// World position of each fragment.
+        fragment_positions: [Vec3Pad] = Sizes::pixels;
+        /// Unit normal of each fragment.
+        fragment_normals: [Vec3Pad] = Sizes::pixels;
+        /// Number of fragments, then arguments of indirect calls.
+        totals: [u32] + INDIRECT = |s| GATHER_ARGUMENTS / 4 + 3 * s.chunks();
+        /// Irradiance on each fragment, W/m².
+        gathered: [Vec3Pad] = Sizes::pixels;
+        /// Lights in the cut of each tile of fragments.
+        cuts: [u32] = |s| s.pixels().div_ceil(TILE as u64);
+        /// Irradiance of the pixels, W/m².
+        irradiance: [Vec3Pad] = Sizes::pixels;
+        /// Irradiance of the blocks, W/m², level 1 first.
+        coarse_irradiance: [Vec3Pad] = |s| s.nodes() - s.pixels();
+        /// Indirect radiance that leaves each pixel, W/(sr·m²), and 0.
+        image: [Vec3Pad] = Sizes::pixels;
+        /// The pyramid over the pixels.
+        block_table: LevelTable;
+        /// That over the texels of a map.
+        patch_table: LevelTable;
+        /// How much there is of everything.
+        lengths: Lengths;
+        /// What may change from frame to frame.
+        settings: Settings;
+        /// The camera's view.
+        camera_view: ViewUniform;
+    }
+}
+
+buffers! {
+    /// Buffers of a map, beside the map itself.
+    pub struct PatchBuffers for Sizes {
+        /// Patches, level 1 first.
+        patches: [Patch] = |s| s.patches() - s.pyramids.texels.levels[0].len() as u64;
+        /// Its number.
+        map_index: MapIndex;
+    }
+}
+
+buffers! {
+    /// Buffers of a part of the tree.
+    pub struct PartBuffers for Range<u64> {
+        /// The branches of some maps.
+        branches: [Branch] = |range| range.end - range.start;
+        /// Which.
+        part: PartRange;
+    }
+}
+
+/// A part of the tree: the branches of as many maps as a storage binding holds.
+#[derive(Debug)]
+pub struct Part {
+    /// Its branches among all.
+    pub range: Range<usize>,
+    /// The buffers.
+    pub buffers: PartBuffers,
+}
+
+/// All buffers.
+#[derive(Debug)]
+pub struct Buffers {
+    /// The maps.
+    pub rsm: Maps,
+    /// Patches of each map.
+    pub maps: Vec<PatchBuffers>,
+    /// The tree.
+    pub parts: Vec<Part>,
+    /// The VPLs of [`Lights::Flat`].
+    pub vpls: Option<VplSlots>,
+    /// Lights with flux.
+    pub list: VplList,
+    /// All else.
+    pub own: FrameBuffers,
+    /// A uniform for each level of the pyramids over the pixels and over the texels of a map.
+    pub(super) block_levels: Vec<Buffer>,
+    pub(super) patch_levels: Vec<Buffer>,
+    size: [u32; 2],
+    maps_per_part: usize,
+}
+
+impl Buffers {
+    /// One light or none per slot, for lights that are a list.
+    #[must_use]
+    pub fn light_slots(&self) -> &Buffer {
+        self.vpls.as_ref().map_or(&self.own.cluster_slots, |vpls| &vpls.buffers.slots)
+    }
+
+    /// The part of the tree that holds the branches of a map.
+    pub(super) fn part_of(&self, map: usize) -> Option<&Part> {
+        self.parts.get(map / self.maps_per_part)
+    }
+}
+
+impl GpuTechnique for ImageSpaceRadiosity {
+    fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
+        Sizes { pyramids: Pyramids::new(&setup.options, size), options: setup.options, size, maps }
+    }
+
+    fn plan(s: &Sizes) -> Plan {
+        let Options { resolution, lights, .. } = s.options;
+        let mut plan = Maps::plan_with(resolution, s.maps, s.options.has_pyramids());
+        for _ in 0..s.patch_maps() {
+            plan = plan.and(PatchBuffers::plan(s));
+        }
+        for part in s.parts() {
+            plan = plan.and(PartBuffers::plan(&part));
+        }
+        if lights == Lights::Flat {
+            plan = plan.and(VplSlots::plan(s.options.selection(), resolution, s.maps));
+        }
+        plan = plan.and(VplList::plan(s.light_slots())).and(FrameBuffers::plan(s));
+        for _ in s.pyramids.pixels.levels.iter().chain(&s.pyramids.texels.levels) {
+            plan.uniform::<LevelPair>("level");
+        }
+        plan.index("nodes", s.entries());
+        plan.index("branches", s.maps as u64 * s.branches());
+        if s.options.method != Method::Gather {
+            plan.texture("splats", s.splats(), 16);
+        }
+        plan
+    }
+
+    fn allocate(device: &Device, queue: &Queue, s: &Sizes, _: &Setup) -> Result<Buffers, GpuError> {
+        let Options { resolution, lights, .. } = s.options;
+        let write = |buffer: &Buffer, at: u64, bytes: &[u8]| queue.write_buffer(buffer, at, bytes);
+        let levels = |layout: &PyramidLayout| -> Vec<Buffer> {
+            let pair = |level| uniform_buffer(device, "level", &LevelPair::new(layout, level));
+            (0..layout.levels.len()).map(pair).collect()
+        };
+        let part = |range: Range<u64>| {
+            let buffers = PartBuffers::new(device, &range)?;
+            let part = PartRange { first: range.start as u32, end: range.end as u32, pad0: 0, pad1: 0 };
+            write(&buffers.part, 0, bytemuck::bytes_of(&part));
+            Ok(Part { range: range.start as usize..range.end as usize, buffers })
+        };
+        let map = |map: usize| {
+            let buffers = PatchBuffers::new(device, s)?;
+            let first_branch = (map as u64 / s.maps_per_part() * s.maps_per_part() * s.branches()) as u32;
+            let index = MapIndex { map: map as u32, first_branch, pad0: 0, pad1: 0 };
+            write(&buffers.map_index, 0, bytemuck::bytes_of(&index));
+            Ok(buffers)
+        };
+        let buffers = Buffers {
+            rsm: Maps::with(device, resolution, s.maps, s.options.has_pyramids())?,
+            maps: (0..s.patch_maps()).map(map).collect::<Result<_, GpuError>>()?,
+            parts: s.parts().map(part).collect::<Result<_, GpuError>>()?,
+            vpls: (lights == Lights::Flat)
+                .then(|| VplSlots::new(device, s.options.selection(), resolution, s.maps))
+                .transpose()?,
+            list: VplList::new(device, s.light_slots() as u32)?,
+            own: FrameBuffers::new(device, s)?,
+            block_levels: levels(&s.pyramids.pixels),
+            patch_levels: levels(&s.pyramids.texels),
+            size: s.size,
+            maps_per_part: s.maps_per_part() as usize,
+        };
+
+        let own = &buffers.own;
+        let Pyramids { pixels, block, texels, range } = &s.pyramids;
+        let table = LevelTable::new(pixels, [*block, 0], s.nodes());
+        write(&own.block_table, 0, bytemuck::bytes_of(&table));
+        let table = LevelTable::new(texels, *range, s.patches());
+        write(&own.patch_table, 0, bytemuck::bytes_of(&table));
+        let receivers = pixels.levels[level_of_cells(pixels, RECEIVER_CELLS)];
+        let lengths = Lengths {
+            pixels: s.pixels() as u32,
+            nodes: s.nodes() as u32,
+            entries: s.entries() as u32,
+            runs: s.runs() as u32,
+            chunks: s.chunks() as u32,
+            first_receiver: receivers.offset,
+            receivers: receivers.len() as u32,
+            branches: s.branches() as u32,
+            coarse_branches: s.coarse_branches() as u32,
+            pad0: 0,
+            splats: s.splats(),
+        };
+        write(&own.lengths, 0, bytemuck::bytes_of(&lengths));
+        write(&own.order, 0, bytemuck::cast_slice(&z_order(pixels)));
+        if lights == Lights::Hierarchical {
+            let l = Links::new(texels, range[1]);
+            let links = (0..l.order.len()).map(|i| [l.order[i], l.next[i], l.child[i], 0]);
+            write(&own.links, 0, bytemuck::cast_slice(&links.collect::<Vec<_>>()));
+        }
+        if s.options.method == Method::BoundedSplat {
+            // Six vertices per light; the pass copies the number of lights.
+            write(&own.totals, SPLAT_ARGUMENTS, bytemuck::bytes_of(&[6_u32, 0, 0, 0]));
+        }
+        Ok(buffers)
+    }
+
+    fn named(buffers: &Buffers) -> Vec<Named<'_>> {
+        let mut named = buffers.list.buffers.named();
+        named.extend(buffers.own.named());
+        named
+    }
+
+    fn prepare(b: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
+        let params = &setup.params;
+        params.validate()?;
+        b.rsm.prepare(queue, inputs.lights, inputs.views)?;
+        if let Some(vpls) = &b.vpls {
+            vpls.prepare(queue, params.seed);
+        }
+        b.list.prepare(queue, b.size[0] * b.size[1], params.form);
+        queue.write_buffer(&b.own.settings, 0, bytemuck::bytes_of(&Settings::new(params)));
+        let view = ViewUniform::new(inputs.camera, b.size, 0);
+        queue.write_buffer(&b.own.camera_view, 0, bytemuck::bytes_of(&view));
+        Ok(())
+    }
+
+    fn image_buffer(buffers: &Buffers) -> &Buffer {
+        &buffers.own.image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::state;
+    use indirect_gpu::shaders::{
+        IMAGE_SPACE_RADIOSITY_COMPACT, IMAGE_SPACE_RADIOSITY_MIPS, IMAGE_SPACE_RADIOSITY_REFINE,
+        IMAGE_SPACE_RADIOSITY_TRAVERSE, IMAGE_SPACE_RADIOSITY_TREE,
+    };
+    use testkit::layout::{check, check_constant};
+
+    #[test]
+    fn structs_lie_in_memory_as_in_wgsl() {
+        check::<Block>(&IMAGE_SPACE_RADIOSITY_MIPS).unwrap();
+        check::<LevelPair>(&IMAGE_SPACE_RADIOSITY_MIPS).unwrap();
+        check::<LevelTable>(&IMAGE_SPACE_RADIOSITY_REFINE).unwrap();
+        check::<Settings>(&IMAGE_SPACE_RADIOSITY_REFINE).unwrap();
+        check::<Lengths>(&IMAGE_SPACE_RADIOSITY_REFINE).unwrap();
+        check::<Patch>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
+        check::<Branch>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
+        check::<MapIndex>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
+        check::<PartRange>(&IMAGE_SPACE_RADIOSITY_TRAVERSE).unwrap();
+    }
+
+    #[test]
+    fn constants_are_those_of_the_shaders() {
+        check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "RUN", RUN as u32).unwrap();
+        check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "CHUNK", CHUNK).unwrap();
+        check_constant(&IMAGE_SPACE_RADIOSITY_TRAVERSE, "TILE", TILE as u32).unwrap();
+        let states = [
+            ("EMPTY", state::EMPTY),
+            ("COVERED", state::COVERED),
+            ("VALID", state::VALID),
+            ("SPLIT", state::SPLIT),
+        ];
+        for (name, value) in states {
+            check_constant(&IMAGE_SPACE_RADIOSITY_REFINE, name, value).unwrap();
+        }
+    }
+
+    #[test]
+    fn default_limits_suffice_for_4k_and_for_twelve_maps_of_512() {
+        for (size, resolution, maps) in
+            [([3840, 2160], 256, 6), ([1920, 1200], 256, 24), ([1920, 1080], 512, 12)]
+        {
+            let options = Options { resolution, ..Options::default() };
+            let setup = Setup { options, ..Setup::default() };
+            let plan = ImageSpaceRadiosity::plan(&ImageSpaceRadiosity::sizes(&setup, size, maps));
+            plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_parts_of_the_tree_hold_every_branch_once() {
+        for (resolution, maps, parts) in [(256, 24, 1), (512, 12, 2), (1024, 2, 2), (16, 0, 0)] {
+            let options = Options { resolution, ..Options::default() };
+            let s = ImageSpaceRadiosity::sizes(&Setup { options, ..Setup::default() }, [1, 1], maps);
+            let mut next = 0;
+            for part in s.parts() {
+                assert_eq!(part.start, next);
+                next = part.end;
+            }
+            assert_eq!((next, s.parts().count()), (maps as u64 * s.branches(), parts));
+        }
+    }
+}

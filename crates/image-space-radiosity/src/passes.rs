@@ -1,0 +1,288 @@
+use glam::Vec3;
+use indirect_core::Image;
+#[cfg(feature = "cpu")]
+use indirect_filter::cpu::shade;
+use indirect_technique::{Row, Technique, passes};
+use rsm::Error;
+#[cfg(feature = "cpu")]
+use rsm::cpu::{Receivers, compact as compact_vpls, gather, vpls};
+
+#[cfg(feature = "cpu")]
+use crate::cpu;
+#[cfg(feature = "gpu")]
+use crate::gpu;
+#[cfg(feature = "cpu")]
+use crate::levels::{Links, Pyramids};
+use crate::output::{ImageSpaceRadiosity, Output, Setup};
+use crate::settings::{Lights, Method, Options, Params};
+
+#[cfg(feature = "cpu")]
+fn maps(output: &Output) -> Vec<cpu::Patches<'_>> {
+    output.rsm.maps.iter().zip(&output.patches).map(|(m, p)| cpu::Patches::new(m, p)).collect()
+}
+
+#[cfg(feature = "cpu")]
+fn pyramids(frame: &cpu::Frame<'_, Setup>) -> Pyramids {
+    Pyramids::new(&frame.setup.options, frame.camera.size)
+}
+
+impl Technique for ImageSpaceRadiosity {
+    const NAME: &'static str = "image-space-radiosity";
+    type Options = Options;
+    type Params = Params;
+    type Setup = Setup;
+    type Output = Output;
+    #[cfg(feature = "gpu")]
+    type Sizes = gpu::Sizes;
+    #[cfg(not(feature = "gpu"))]
+    type Sizes = ();
+    #[cfg(feature = "gpu")]
+    type Buffers = gpu::Buffers;
+    #[cfg(not(feature = "gpu"))]
+    type Buffers = ();
+    type Error = Error;
+
+    fn options(setup: &Setup) -> &Options {
+        &setup.options
+    }
+
+    fn rows() -> Vec<Row<Self>> {
+        let mut rows = rsm::map_rows!(Self, |s| s.options.has_pyramids().into());
+        rows.extend(passes!(
+            Self,
+            [
+                Row {
+                    name: "patches",
+                    times: |s| s.options.has_patches().into(),
+                    cpu: |f, o, _| {
+                        let p = pyramids(f);
+                        o.patches = o.rsm.maps.iter().map(|map| cpu::patches(map, &p.texels)).collect();
+                        o.sources = cpu::sources(&maps(o), p.source_level(), &p.texels);
+                    },
+                    gpu: |b, pass, _| gpu::patches(b, pass),
+                    data: |b, o, x, _| {
+                        for (i, (map, p)) in b.maps.iter().zip(&mut o.patches).enumerate() {
+                            x.within(&format!("map {i} "));
+                            x.elements("", &map.patches, 0, p);
+                        }
+                        x.within("");
+                        x.elements("sources", &b.own.sources, 0, &mut o.sources);
+                    },
+                },
+                Row {
+                    name: "mips",
+                    times: |_| 1,
+                    cpu: |f, o, _| o.blocks = cpu::mips(f.camera, &pyramids(f).pixels),
+                    gpu: |b, pass, _| gpu::mips(b, pass),
+                    data: |b, o, x, _| x.elements("", &b.own.blocks, 0, &mut o.blocks),
+                },
+                Row {
+                    name: "sources",
+                    times: |_| 1,
+                    cpu: |f, o, _| {
+                        let blocks = cpu::Blocks::new(f.camera, &o.blocks);
+                        o.reference = cpu::reference_irradiance(&o.sources, &blocks, &pyramids(f).pixels);
+                    },
+                    gpu: |b, pass, _| gpu::sources(b, pass),
+                    data: |b, o, x, _| {
+                        let reference = core::slice::from_mut(&mut o.reference);
+                        x.floats("reference", &b.own.reference, reference, 1);
+                    },
+                },
+                Row {
+                    name: "vpls",
+                    times: |s| (s.options.lights == Lights::Flat).into(),
+                    cpu: |f, o, _| {
+                        let selection = f.setup.options.selection();
+                        o.light_slots = vpls(&o.rsm, selection, &selection.points(f.setup.params.seed));
+                    },
+                    gpu: |b, pass, _| gpu::vpls(b, pass),
+                    data: |b, o, x, _| x.elements("", b.light_slots(), 0, &mut o.light_slots),
+                },
+                Row {
+                    name: "clusters",
+                    times: |s| (s.options.lights == Lights::Basic).into(),
+                    cpu: |f, o, _| {
+                        let p = pyramids(f);
+                        let thresholds = f.setup.params.patches();
+                        o.light_slots = cpu::clusters(&maps(o), &p.texels, p.range, thresholds);
+                    },
+                    gpu: |b, pass, _| gpu::clusters(b, pass),
+                    data: |b, o, x, _| x.elements("", b.light_slots(), 0, &mut o.light_slots),
+                },
+                Row {
+                    name: "lights",
+                    times: |s| (s.options.lights != Lights::Hierarchical).into(),
+                    cpu: |_, o, _| o.lights = compact_vpls(&o.light_slots),
+                    gpu: |b, pass, _| b.buffers.list.compact(b.pipelines, pass, b.buffers.light_slots()),
+                    data: |b, o, x, _| b.list.exchange(&mut o.lights, x),
+                },
+                Row {
+                    name: "tree",
+                    times: |s| (s.options.lights == Lights::Hierarchical).into(),
+                    cpu: |f, o, _| {
+                        let (p, params) = (pyramids(f), &f.setup.params);
+                        let links = Links::new(&p.texels, p.range[1]);
+                        let threshold = params.tau * o.reference;
+                        o.tree = cpu::tree(&maps(o), &links, p.range, params.bound, threshold);
+                    },
+                    gpu: |b, pass, _| gpu::tree(b, pass),
+                    data: |b, o, x, _| {
+                        for part in &b.parts {
+                            let branches = part.range.clone();
+                            x.elements("", &part.buffers.branches, 0, &mut o.tree[branches]);
+                        }
+                    },
+                },
+                Row {
+                    name: "refine",
+                    times: |s| s.options.has_fragments().into(),
+                    cpu: |f, o, _| {
+                        let (p, params) = (pyramids(f), &f.setup.params);
+                        let blocks = cpu::Blocks::new(f.camera, &o.blocks);
+                        let bend = params.bend * o.reference;
+                        let subdivision =
+                            cpu::Subdivision { thresholds: params.blocks(), margin: params.margin, bend };
+                        o.needs = cpu::refine(&blocks, &p.pixels, p.block, &subdivision, &o.sources);
+                        o.states = cpu::stencil(&blocks, &o.needs, &p.pixels, p.block);
+                    },
+                    gpu: |b, pass, _| gpu::refine(b, pass),
+                    data: |b, o, x, _| {
+                        x.words("needs", &b.own.needs, &mut o.needs);
+                        x.words("states", &b.own.states, &mut o.states);
+                    },
+                },
+                Row {
+                    name: "compact",
+                    times: |s| s.options.has_fragments().into(),
+                    cpu: |f, o, _| {
+                        let (p, blocks) = (pyramids(f), cpu::Blocks::new(f.camera, &o.blocks));
+                        o.fragments = cpu::compact(&blocks, &o.states, &p.pixels, p.block);
+                    },
+                    gpu: |b, pass, _| gpu::compact(b, pass),
+                    data: |b, o, x, _| {
+                        let f = &mut o.fragments;
+                        x.length(&b.own.totals, 0, &mut f.nodes);
+                        f.positions.resize(f.nodes.len(), Vec3::ZERO);
+                        f.normals.resize(f.nodes.len(), Vec3::ZERO);
+                        x.words("nodes", &b.own.fragment_nodes, &mut f.nodes);
+                        let valid = |i: usize| o.states[i] == crate::layout::state::VALID;
+                        x.words_where("slots", &b.own.slots, &mut f.slots, valid);
+                        x.vectors("positions", &b.own.fragment_positions, 0, &mut f.positions);
+                        x.vectors("normals", &b.own.fragment_normals, 0, &mut f.normals);
+                    },
+                },
+                Row {
+                    name: "gather",
+                    times: |s| (s.options.method == Method::Gather
+                        && s.options.lights != Lights::Hierarchical)
+                        .into(),
+                    cpu: |f, o, _| {
+                        let points =
+                            o.fragments.positions.iter().copied().zip(o.fragments.normals.iter().copied());
+                        let receivers: Receivers = points.collect();
+                        o.gathered = gather(&o.lights, &receivers, f.setup.params.form);
+                    },
+                    gpu: |b, pass, _| gpu::gather(b, pass),
+                    data: |b, o, x, _| x.vectors("irradiance", &b.own.gathered, 0, &mut o.gathered),
+                },
+                Row {
+                    name: "traverse",
+                    times: |s| (s.options.lights == Lights::Hierarchical).into(),
+                    cpu: |f, o, _| {
+                        let (positions, normals) = (&o.fragments.positions, &o.fragments.normals);
+                        (o.gathered, o.cuts) =
+                            cpu::traverse(&o.tree, positions, normals, f.setup.params.form);
+                    },
+                    gpu: |b, pass, _| gpu::traverse(b, pass),
+                    data: |b, o, x, _| {
+                        x.vectors("irradiance", &b.own.gathered, 0, &mut o.gathered);
+                        x.words("cuts", &b.own.cuts, &mut o.cuts);
+                    },
+                },
+                Row {
+                    name: "splat",
+                    times: |s| (s.options.method != Method::Gather).into(),
+                    cpu: |f, o, _| {
+                        let Params { cutoff, form, .. } = f.setup.params;
+                        if f.setup.options.has_fragments() {
+                            let (positions, normals) = (&o.fragments.positions, &o.fragments.normals);
+                            o.gathered = cpu::splat(&o.lights, positions, normals, form);
+                        } else {
+                            // Without light the reference is 0 and there is nothing to cut off.
+                            let cutoff = (cutoff * o.reference).max(f32::MIN_POSITIVE);
+                            o.irradiance.pixels =
+                                cpu::splat_bounded(&o.lights, f.camera, f.view, cutoff, form);
+                        }
+                    },
+                    gpu: |b, pass, _| gpu::splat(b, pass),
+                    data: |b, o, x, _| {
+                        // One of the two is empty.
+                        x.vectors("fragments", &b.own.gathered, 0, &mut o.gathered);
+                        x.vectors("pixels", &b.own.irradiance, 0, &mut o.irradiance.pixels);
+                    },
+                },
+                Row {
+                    name: "upsample",
+                    times: |s| s.options.has_fragments().into(),
+                    cpu: |f, o, _| {
+                        let (p, blocks) = (pyramids(f), cpu::Blocks::new(f.camera, &o.blocks));
+                        o.irradiance =
+                            cpu::pull(&blocks, &o.states, &o.fragments, &o.gathered, &p.pixels, p.block);
+                    },
+                    gpu: |b, pass, _| gpu::pull(b, pass),
+                    data: |b, o, x, _| {
+                        x.vectors("pulled pixels", &b.own.irradiance, 0, &mut o.irradiance.pixels);
+                        x.vectors("pulled blocks", &b.own.coarse_irradiance, 0, &mut o.irradiance.coarse);
+                    },
+                },
+                Row {
+                    name: "upsample",
+                    times: |s| s.options.has_fragments().into(),
+                    cpu: |f, o, _| {
+                        let (p, blocks) = (pyramids(f), cpu::Blocks::new(f.camera, &o.blocks));
+                        cpu::push(&blocks, &o.states, &p.pixels, p.block, &mut o.irradiance);
+                    },
+                    gpu: |b, pass, _| gpu::push(b, pass),
+                    data: |b, o, x, _| {
+                        x.vectors("pixels", &b.own.irradiance, 0, &mut o.irradiance.pixels);
+                        x.vectors("blocks", &b.own.coarse_irradiance, 0, &mut o.irradiance.coarse);
+                    },
+                },
+                Row {
+                    name: "shade",
+                    times: |_| 1,
+                    cpu: |f, o, _| o.image = shade(f.camera, &o.irradiance.pixels),
+                    gpu: |b, pass, _| gpu::shade(b, pass),
+                    data: |b, o, x, _| x.image("image", &b.own.image, &mut o.image),
+                },
+            ]
+        ));
+        rows
+    }
+
+    fn image(output: &Output) -> &Image {
+        &output.image
+    }
+
+    fn output_bytes(o: &Output) -> u64 {
+        let vectors = o.fragments.positions.len()
+            + o.fragments.normals.len()
+            + o.gathered.len()
+            + o.irradiance.pixels.len()
+            + o.irradiance.coarse.len()
+            + o.image.pixels.len();
+        let words =
+            o.needs.len() + o.states.len() + o.fragments.nodes.len() + o.fragments.slots.len() + o.cuts.len();
+        let bytes = o.rsm.bytes()
+            + o.patches.iter().map(|p| size_of_val(&p[..])).sum::<usize>()
+            + size_of_val(&o.sources[..])
+            + size_of_val(&o.blocks[..])
+            + size_of_val(&o.tree[..])
+            + size_of_val(&o.light_slots[..])
+            + size_of_val(&o.lights[..])
+            + vectors * size_of::<Vec3>()
+            + words * size_of::<u32>();
+        bytes as u64
+    }
+}

@@ -1,0 +1,175 @@
+use indirect_core::settings::BadOption;
+use rsm::{Form, MAX_RESOLUTION, Select, Selection};
+
+indirect_core::choice! {
+    /// Which lights a fragment gathers.
+    pub enum Lights {
+        /// Hierarchical image-space radiosity (§3.5): every tile of neighbouring fragments has its own cut through the tree of
+        /// patches, as fine as its error bound asks for. The default.
+        #[default]
+        Hierarchical = "hierarchical",
+        /// Basic image-space radiosity (§3.4): the same list for every fragment, made by clustering texels that show no
+        /// discontinuity.
+        Basic = "basic",
+        /// The same list for every fragment, as the plain gather has it: a [`Selection`] of texels.
+        Flat = "flat",
+    }
+}
+
+indirect_core::choice! {
+    /// How light gets from lights to fragments.
+    pub enum Method {
+        /// Each fragment sums its lights. The default.
+        #[default]
+        Gather = "gather",
+        /// Each light is added to every fragment in turn (Nichols & Wyman 2009): the baseline of §4.1.
+        Splat = "splat",
+        /// Each light is added to the pixels near it, at full resolution (Dachsbacher & Stamminger 2006): the other baseline.
+        /// Loses the light beyond the bounds.
+        BoundedSplat = "bounded",
+    }
+}
+
+indirect_core::choice! {
+    /// What decides that a patch is too coarse for a fragment.
+    pub enum Bound {
+        /// The error of taking the patch for one light: `Φ/(πd²) · (r²/d² + versine)`, where `r` is its radius and the versine that
+        /// of its cone of normals, `d` the distance of its mean position. An estimate of the error rather than a bound: a patch
+        /// that comes nearer than its mean errs more. The default.
+        #[default]
+        Error = "error",
+        /// The light that the patch sends, `Φ/(πd² + A)`: equations 7 and 8 with the reading of `docs/errata.md`. Splits bright
+        /// patches that are far or flat as readily as those that need it.
+        ContributionAsPrinted = "contribution",
+    }
+}
+
+indirect_core::settings! {
+    /// What is fixed when buffers are made.
+    pub struct Options {
+        /// Texels along each side of each reflective shadow map. Higher: finer footprints; time and memory grow with the square.
+        pub resolution: u32 = 256, 1..=MAX_RESOLUTION;
+        /// Whether each tile of fragments gathers its own cut, or all one list of clusters, or one list of texels.
+        pub lights: Lights = Lights::Hierarchical;
+        /// Coarsest patches, at most so many along each side of a map, lights=hierarchical|basic.
+        pub coarsest: u32 = 16, 1..=MAX_RESOLUTION;
+        /// Finest patches, likewise, no finer than the map; at least coarsest. Higher: more lights, less bias.
+        pub finest: u32 = MAX_RESOLUTION, 1..=MAX_RESOLUTION;
+        /// Which texels become lights, lights=flat.
+        pub select: Select = Select::Grid;
+        /// Cells along each side of each map, no more than texels, select=grid. Higher: less bias, time grows with the square.
+        pub cells: u32 = 16, 1..=MAX_RESOLUTION;
+        /// Lights drawn, all maps together, select=importance. Higher: less noise, time grows in proportion.
+        pub vpls: u32 = 1024, 1..=1 << 24;
+        /// Coarsest blocks of pixels: 2^block along each side; 0 gathers at every pixel. Higher: fewer fragments.
+        pub block: u32 = 6, 0..=8;
+        /// How light gets to fragments; the splats are the paper's baselines, lights=flat|basic.
+        pub method: Method = Method::Gather;
+        where Options::relations;
+    }
+}
+
+impl Options {
+    fn relations(&self) -> Result<(), BadOption> {
+        if self.finest < self.coarsest {
+            return Err(BadOption::new("finest", self.finest, "at least coarsest"));
+        }
+        if self.method != Method::Gather && self.lights == Lights::Hierarchical {
+            return Err(BadOption::new("method", self.method.word(), "gather with lights=hierarchical"));
+        }
+        Ok(())
+    }
+
+    /// Which texels become lights with [`Lights::Flat`].
+    #[must_use]
+    pub const fn selection(&self) -> Selection {
+        self.select.with(self.vpls, self.cells)
+    }
+
+    /// Whether patches are needed: as lights, or for the reference irradiance.
+    #[must_use]
+    pub fn has_patches(&self) -> bool {
+        self.lights != Lights::Flat || self.method == Method::BoundedSplat || self.block > 0
+    }
+
+    /// Whether light is gathered at fragments, and not splatted onto pixels.
+    #[must_use]
+    pub fn has_fragments(&self) -> bool {
+        self.method != Method::BoundedSplat
+    }
+
+    /// Whether the maps' own pyramids are needed: lights are drawn from them by importance.
+    #[must_use]
+    pub fn has_pyramids(&self) -> bool {
+        self.lights == Lights::Flat && self.select == Select::Importance
+    }
+}
+
+indirect_core::settings! {
+    /// What may change from frame to frame. No threshold has a unit; one of 0 subdivides everywhere.
+    pub struct Params {
+        /// Share of the reference irradiance that the error of a patch may reach before it is subdivided, lights=hierarchical.
+        /// Higher: fewer lights per fragment, less exact; 0 gathers the finest patches.
+        pub tau: f32 = 0.003, 0.0..=1e6;
+        /// What tau bounds: the error of taking a patch for one light, or the light that it sends, as the paper prints it.
+        pub bound: Bound = Bound::Error;
+        /// Distance of a patch's texels from its plane, in its radii, from which on it is subdivided, lights=basic. Higher: fewer
+        /// lights, less exact.
+        pub patch_depth: f32 = 0.2, 0.0..=1e6;
+        /// Half angle of its cone of normals, radians, likewise.
+        pub patch_normal: f32 = 0.3, 0.0..=10.0;
+        /// Depth range of a block of pixels, relative to its greatest depth, from which on it is subdivided. Higher: fewer
+        /// fragments, less exact.
+        pub depth: f32 = 0.05, 0.0..=1e6;
+        /// Half angle of its cone of normals, radians, likewise.
+        pub normal: f32 = 0.3, 0.0..=10.0;
+        /// Distance, in radii of a block, within which a surface that rises in front of the block's plane beside it subdivides it
+        /// too: irradiance changes fast along concave edges. 0 looks at the block alone, as the paper does.
+        pub margin: f32 = 3.0, 0.0..=1e6;
+        /// Second difference of the irradiance across a block, as a share of the reference irradiance, from which on it is
+        /// subdivided: Σ Φ/(πD) · r²/D over the coarsest lights, where r is the block's radius and D the squared distance of a
+        /// light plus the square of its radius. Higher: fewer fragments, less exact; 1e9 is the paper's behaviour, whose blocks do
+        /// not know where light comes from.
+        pub bend: f32 = 0.003, 0.0..=1e9;
+        /// Share of the reference irradiance at which a bounded splat ends, method=bounded. Higher: faster and darker.
+        pub cutoff: f32 = 0.01, 1e-9..=1e6;
+        /// A light is a small disc (bounded) or a point (bright spots near it).
+        pub form: Form = Form::Disc;
+        /// Scrambles the sequence that select=importance draws with. Another seed: other lights of the same expectation.
+        pub seed: u32 = 0, 0..=u32::MAX;
+    }
+}
+
+/// When a block or a patch holds a discontinuity. Both measures are free of units; a threshold of 0 finds one everywhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thresholds {
+    /// For blocks, the depth range relative to the greatest depth; for patches, the distance from their plane relative to
+    /// their radius. `[0, ∞)`; higher: fewer, larger, less exact.
+    pub depth: f32,
+    /// `1 − cos` of the half angle of the cone of normals, `[0, 2]`; likewise.
+    pub versine: f32,
+}
+
+impl Thresholds {
+    /// From the relative depth and the half angle, radians, `[0, π]`; more counts as π.
+    #[must_use]
+    pub fn new(depth: f32, normal: f32) -> Self {
+        // Without the cancellation of 1 − cos.
+        let s = (0.5 * normal.min(core::f32::consts::PI)).sin();
+        Self { depth, versine: 2.0 * s * s }
+    }
+}
+
+impl Params {
+    /// When a block is subdivided.
+    #[must_use]
+    pub fn blocks(&self) -> Thresholds {
+        Thresholds::new(self.depth, self.normal)
+    }
+
+    /// When [`Lights::Basic`] subdivides a patch.
+    #[must_use]
+    pub fn patches(&self) -> Thresholds {
+        Thresholds::new(self.patch_depth, self.patch_normal)
+    }
+}
