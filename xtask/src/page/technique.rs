@@ -129,7 +129,7 @@ fn twins(s: &mut String, technique: &TechniqueReport) {
             s,
             "<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>\
              <td>{}</td></tr>",
-            escape(&d.pass),
+            escape(d.pass),
             thousands(d.elements),
             power(d.max),
             power(d.p999),

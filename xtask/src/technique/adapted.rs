@@ -41,7 +41,7 @@ impl<A: Adapter> Technique for Adapted<A> {
         // The pairs were checked when they were parsed.
         let mut config = values.json::<A::Technique>(profile).unwrap_or_default();
         config.entry("seed").and_modify(|v| {
-            if *v == Value::from(0) {
+            if v.as_u64() == Some(0) {
                 *v = seed.into();
             }
         });

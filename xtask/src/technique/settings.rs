@@ -54,7 +54,7 @@ impl Values {
             } else if T::Options::key(key).is_some() {
                 options.set(key, value)?;
             } else {
-                let names: Vec<_> = keys::<T>().map(|k| spelled(k)).collect();
+                let names: Vec<_> = keys::<T>().map(spelled).collect();
                 let requirement = format_args!("one of the keys of {}: {}", T::NAME, names.join(", "));
                 return Err(BadOption::new("the key", key, requirement));
             }
