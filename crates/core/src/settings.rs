@@ -257,27 +257,27 @@ pub fn unknown(name: &str, text: &str, keys: &[Key]) -> BadOption {
 macro_rules! choice {
     (
         $(#[$doc:meta])*
-        pub enum $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal),+ $(,)? }
+        $vis:vis enum $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal),+ $(,)? }
     ) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-        pub enum $name { $($(#[$variant_doc])* $variant),+ }
+        $vis enum $name { $($(#[$variant_doc])* $variant),+ }
 
         impl $name {
             /// All variants.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            $vis const ALL: &'static [Self] = &[$(Self::$variant),+];
             /// Their words, in the same order.
-            pub const WORDS: &'static [&'static str] = &[$($word),+];
+            $vis const WORDS: &'static [&'static str] = &[$($word),+];
 
             /// The variant's word.
             #[must_use]
-            pub const fn word(self) -> &'static str {
+            $vis const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $word),+ }
             }
 
             #[doc(hidden)]
             #[must_use]
-            pub const fn key(self, name: &'static str, doc: &'static str) -> $crate::settings::Key {
+            $vis const fn key(self, name: &'static str, doc: &'static str) -> $crate::settings::Key {
                 let kind = $crate::settings::Kind::Choice(Self::WORDS);
                 $crate::settings::Key { name, doc, kind, default: $crate::settings::Value::Word(self.word()) }
             }
@@ -307,14 +307,14 @@ macro_rules! choice {
 macro_rules! settings {
     (
         $(#[$meta:meta])*
-        pub struct $name:ident {
+        $vis:vis struct $name:ident {
             $($(#[doc = $doc:literal])+ pub $field:ident: $ty:ty = $default:expr $(, $limits:expr)?;)*
             $(where $relations:expr;)?
         }
     ) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq)]
-        pub struct $name {
+        $vis struct $name {
             $(
                 $(#[doc = $doc])+
                 $(#[doc = ""] #[doc = concat!("Range: `", stringify!($limits), "`.")])?
@@ -336,29 +336,29 @@ macro_rules! settings {
             )*];
 
             fn get(&self, name: &str) -> Option<$crate::settings::Value> {
-                let key = Self::key(name)?.name;
-                $(if key == stringify!($field) {
+                let _key = Self::key(name)?.name;
+                $(if _key == stringify!($field) {
                     return Some($crate::settings::Setting::value(self.$field));
                 })*
                 None
             }
 
             fn set(&mut self, name: &str, text: &str) -> Result<(), $crate::settings::BadOption> {
-                let Some(key) = Self::key(name) else {
+                let Some(_key) = Self::key(name) else {
                     return Err($crate::settings::unknown(name, text, Self::KEYS));
                 };
-                $(if key.name == stringify!($field) {
-                    self.$field = $crate::settings::parse(key, text)?;
+                $(if _key.name == stringify!($field) {
+                    self.$field = $crate::settings::parse(_key, text)?;
                 })*
                 Ok(())
             }
 
             fn validate(&self) -> Result<(), $crate::settings::BadOption> {
-                let mut keys = Self::KEYS.iter();
-                $(if let Some(key) = keys.next() {
-                    $crate::settings::check(key, self.$field)?;
-                })*
-                let _ = keys;
+                for _key in Self::KEYS {
+                    $(if _key.name == stringify!($field) {
+                        $crate::settings::check(_key, self.$field)?;
+                    })*
+                }
                 $(let relations: fn(&Self) -> Result<(), $crate::settings::BadOption> = $relations;
                 relations(self)?;)?
                 Ok(())
@@ -385,7 +385,7 @@ mod tests {
 
     crate::choice! {
         /// A word.
-        pub enum Mode {
+        enum Mode {
             /// First.
             #[default]
             First = "first",
@@ -396,7 +396,7 @@ mod tests {
 
     crate::settings! {
         /// Some.
-        pub struct Sample {
+        struct Sample {
             /// A count.
             pub count: u32 = 8, 1..=16;
             /// A mode
@@ -410,7 +410,7 @@ mod tests {
 
     crate::settings! {
         /// None.
-        pub struct Nothing {}
+        struct Nothing {}
     }
 
     #[test]
