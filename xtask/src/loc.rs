@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::failure::{Failure, Outcome};
 use crate::{root, say};
 
-/// A technique's files: those that compute, by folder or name, and all that it needs besides.
-struct Technique {
+/// The files of a technique, or of what techniques share.
+struct Part {
     name: &'static str,
     /// Folders with Rust and WGSL.
     folders: &'static [&'static str],
@@ -14,21 +14,27 @@ struct Technique {
     files: &'static [&'static str],
 }
 
-const TECHNIQUES: [Technique; 3] = [
-    Technique {
-        name: "rsm-gather, with rsm",
-        folders: &["crates/rsm/src", "crates/rsm-gather/src", "shaders/wgsl/rsm"],
+const PARTS: [Part; 5] = [
+    Part { name: "rsm", folders: &["crates/rsm/src", "shaders/wgsl/rsm"], files: &[] },
+    Part {
+        name: "rsm-gather",
+        folders: &["crates/rsm-gather/src"],
         files: &["xtask/src/technique/rsm_gather.rs"],
     },
-    Technique {
+    Part {
         name: "radiance-hints",
         folders: &["crates/radiance-hints/src", "shaders/wgsl/radiance_hints"],
         files: &["xtask/src/technique/radiance_hints.rs"],
     },
-    Technique {
+    Part {
         name: "image-space-radiosity",
         folders: &["crates/image-space-radiosity/src", "shaders/wgsl/image_space_radiosity"],
         files: &["xtask/src/technique/image_space_radiosity.rs"],
+    },
+    Part {
+        name: "shared by all",
+        folders: &["crates/technique/src", "crates/filter/src", "crates/gpu/src", "shaders/wgsl/filter"],
+        files: &[],
     },
 ];
 
@@ -39,8 +45,8 @@ pub(crate) fn run() -> Outcome {
     say(
         "lines of code, without comments, blank lines and tests: what computes (CPU passes, WGSL) and what connects it",
     );
-    say(format!("{:<24} {:>10} {:>10} {:>9}", "technique", "algorithm", "plumbing", "of both"));
-    for t in TECHNIQUES {
+    say(format!("{:<24} {:>10} {:>10} {:>9}", "part", "algorithm", "plumbing", "of both"));
+    for t in PARTS {
         let (mut algorithm, mut plumbing) = (0, 0);
         let mut files = Vec::new();
         for folder in t.folders {

@@ -251,6 +251,33 @@ fn a_report_keeps_the_scenes_that_worked() {
     assert!(page.contains("plane_point") && page.contains("no_such_scene.glb was left out"));
 }
 
+/// A pass from the other backend: the image stays what it is. Passes that do not exist are named.
+#[test]
+fn a_pass_runs_where_one_likes() {
+    if testkit::gpu().is_none() {
+        return;
+    }
+    let s = Scenes::new();
+    let image = |name: &str, more: &[&str]| {
+        let out = s.path(&format!("{name}.exr"));
+        let small = ["--size", "24x24", "--component", "indirect", "--set", "resolution=32", "--backend", "gpu"];
+        let mut args = vec!["render", "cornell_spot", "--technique", "rsm-gather", "--out", &out];
+        args.extend(small.iter().chain(more));
+        let run = xtask(&args);
+        assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+        indirect_scene::exr::read_rgb(Path::new(&out)).expect("an EXR image").mean().x
+    };
+    let gpu = image("gpu", &[]);
+    for pass in ["gather=cpu", "surface=cpu", "shade=cpu"] {
+        let mixed = image("mixed", &["--set-backend", pass]);
+        assert!(gpu > 0.0 && (mixed / gpu - 1.0).abs() < 1e-3, "{pass}: {mixed} {gpu}");
+    }
+    let out = s.path("out.exr");
+    let unknown = render("cornell_spot", &out, &["--set-backend", "blur=cpu"]);
+    assert_error(&unknown, 2, &["blur", "gather"]);
+    assert_error(&render("cornell_spot", &out, &["--set-backend", "gather=x"]), 2, &["set-backend"]);
+}
+
 #[test]
 fn components_add_up() {
     let s = Scenes::new();
@@ -306,7 +333,7 @@ fn lists_name_everything() {
     let steps = xtask(&["test", "--list"]);
     let steps = String::from_utf8_lossy(&steps.stdout).into_owned();
     for step in
-        ["format", "layers", "clippy", "tests", "documentation", "no_std", "package", "fixtures", "validate"]
+        ["format", "layers", "clippy", "tests", "documentation", "no_std", "package", "diagrams", "validate"]
     {
         assert!(steps.lines().any(|l| l == step), "{step}: {steps}");
     }

@@ -91,7 +91,7 @@ fn creation_follows_the_plan<T: Fit + GpuTechnique>(
         queue.submit([]);
         device.poll(PollType::wait_indefinitely()).unwrap();
         let hal = device.get_internal_counters().hal;
-        (hal.buffers.read(), hal.textures.read(), hal.buffer_memory.read())
+        (hal.buffers.read(), hal.texture_views.read(), hal.buffer_memory.read())
     };
     let before = held();
     let scope = device.push_error_scope(ErrorFilter::Validation);

@@ -21,7 +21,7 @@ use crate::stage::Stage;
 /// The setup of a technique for a stage.
 pub(super) fn setup<T: Fit>(stage: &Stage<'_>, values: &Values, seed: u32) -> Outcome<T::Setup> {
     use indirect_core::settings::Settings;
-    let failed = |e: &dyn std::error::Error| failure::<T>(stage, e);
+    let failed = |e: &dyn std::fmt::Display| failure::<T>(stage, e);
     let (options, mut params) = values.settings::<T>(&stage.profile).map_err(|e| failed(&e))?;
     if T::Params::key("seed").is_some() && params.get("seed") == T::Params::default().get("seed") {
         params.set("seed", &seed.to_string()).map_err(|e| failed(&e))?;
@@ -29,7 +29,7 @@ pub(super) fn setup<T: Fit>(stage: &Stage<'_>, values: &Values, seed: u32) -> Ou
     T::fit(&stage.accel, options, params).map_err(|e| failed(&e))
 }
 
-fn failure<T: indirect_technique::Technique>(stage: &Stage<'_>, error: &dyn std::error::Error) -> Failure {
+fn failure<T: indirect_technique::Technique>(stage: &Stage<'_>, error: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("{}: {}: {error}", stage.file, T::NAME))
 }
 

@@ -31,10 +31,10 @@ impl Values {
             let bad = |why: String| Failure::Input(format!("--set {pair}: {why}"));
             let (key, value) = pair.split_once('=').ok_or_else(|| bad("must be KEY=VALUE".into()))?;
             values.0.push((key.trim().to_owned(), value.trim().to_owned()));
-            values.settings::<T>(&SceneProfile::default()).map_err(|e| bad(e.to_string()))?;
+            values.settings::<T>(&SceneProfile::default()).map_err(bad)?;
         }
         let (options, params) =
-            values.settings::<T>(&SceneProfile::default()).map_err(|e| Failure::Input(e.to_string()))?;
+            values.settings::<T>(&SceneProfile::default()).map_err(Failure::Input)?;
         options
             .validate()
             .and_then(|()| params.validate())
@@ -46,24 +46,24 @@ impl Values {
     pub(crate) fn settings<T: Technique>(
         &self,
         profile: &SceneProfile,
-    ) -> Result<(T::Options, T::Params), BadOption> {
+    ) -> Result<(T::Options, T::Params), String> {
         let (mut options, mut params) = T::for_scene(profile);
+        let say = |e: BadOption| e.to_string();
         for (key, value) in &self.0 {
             if T::Params::key(key).is_some() {
-                params.set(key, value)?;
+                params.set(key, value).map_err(say)?;
             } else if T::Options::key(key).is_some() {
-                options.set(key, value)?;
+                options.set(key, value).map_err(say)?;
             } else {
                 let names: Vec<_> = keys::<T>().map(spelled).collect();
-                let requirement = format_args!("one of the keys of {}: {}", T::NAME, names.join(", "));
-                return Err(BadOption::new("the key", key, requirement));
+                return Err(format!("unknown key `{key}`; the keys of {} are: {}", T::NAME, names.join(", ")));
             }
         }
         Ok((options, params))
     }
 
     /// All settings for JSON, numbers as numbers.
-    pub(crate) fn json<T: Technique>(&self, profile: &SceneProfile) -> Result<Map<String, Json>, BadOption> {
+    pub(crate) fn json<T: Technique>(&self, profile: &SceneProfile) -> Result<Map<String, Json>, String> {
         let (options, params) = self.settings::<T>(profile)?;
         let value = |key: &Key| match options.get(key.name).or_else(|| params.get(key.name)) {
             Some(Value::Int(v)) => v.into(),
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(error("form=x"), "--set form=x: form is x, it must be one of disc|point");
         assert_eq!(
             error("x=1"),
-            "--set x=1: the key is x, it must be one of the keys of rsm-gather: resolution, select, vpls, cells, form, seed"
+            "--set x=1: unknown key `x`; the keys of rsm-gather are: resolution, select, vpls, cells, form, seed"
         );
         assert_eq!(error("vpls"), "--set vpls: must be KEY=VALUE");
         assert!(
