@@ -260,7 +260,8 @@ fn a_pass_runs_where_one_likes() {
     let s = Scenes::new();
     let image = |name: &str, more: &[&str]| {
         let out = s.path(&format!("{name}.exr"));
-        let small = ["--size", "24x24", "--component", "indirect", "--set", "resolution=32", "--backend", "gpu"];
+        let small =
+            ["--size", "24x24", "--component", "indirect", "--set", "resolution=32", "--backend", "gpu"];
         let mut args = vec!["render", "cornell_spot", "--technique", "rsm-gather", "--out", &out];
         args.extend(small.iter().chain(more));
         let run = xtask(&args);

@@ -33,8 +33,7 @@ impl Values {
             values.0.push((key.trim().to_owned(), value.trim().to_owned()));
             values.settings::<T>(&SceneProfile::default()).map_err(bad)?;
         }
-        let (options, params) =
-            values.settings::<T>(&SceneProfile::default()).map_err(Failure::Input)?;
+        let (options, params) = values.settings::<T>(&SceneProfile::default()).map_err(Failure::Input)?;
         options
             .validate()
             .and_then(|()| params.validate())
@@ -56,7 +55,11 @@ impl Values {
                 options.set(key, value).map_err(say)?;
             } else {
                 let names: Vec<_> = keys::<T>().map(spelled).collect();
-                return Err(format!("unknown key `{key}`; the keys of {} are: {}", T::NAME, names.join(", ")));
+                return Err(format!(
+                    "unknown key `{key}`; the keys of {} are: {}",
+                    T::NAME,
+                    names.join(", ")
+                ));
             }
         }
         Ok((options, params))
