@@ -23,7 +23,11 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 3, "texels", Read),
         at(0, 4, "nodes", ReadWrite),
     ] },
-    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parents", workgroup_size: [64, 1, 1], bindings: &[
+    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_parent", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pyramid", Uniform),
+        at(0, 4, "nodes", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_PYRAMID", name: "pyramid_top", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "pyramid", Uniform),
         at(0, 4, "nodes", ReadWrite),
     ] },

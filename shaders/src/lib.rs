@@ -109,7 +109,7 @@ modules! {
     RSM_FLUX = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/flux.wgsl"] => ["flux"];
     /// Mip pyramid of a reflective shadow map; twin of `rsm::cpu::pyramid`.
     RSM_PYRAMID = ["core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "rsm/pyramid.wgsl"] => [
-        "pyramid_leaf", "pyramid_parents",
+        "pyramid_leaf", "pyramid_parent", "pyramid_top",
     ];
     /// Virtual point lights from reflective shadow maps; twin of `rsm::cpu::vpls`.
     RSM_VPLS = ["core/grid.wgsl", "sampling/warp.wgsl", "rsm/layout.wgsl", "rsm/vpls.wgsl"] => ["vpls_all", "vpls_grid", "vpls_importance"];

@@ -1,4 +1,5 @@
-// pyramid: bounds and sums over the lit texels of a map, level by level; up to four levels per dispatch.
+// pyramid: bounds and sums over the lit texels of a map, level by level; large levels a dispatch each, the small ones
+// at the top one dispatch for all: encoding is paid by the dispatch.
 // Twin: crates/rsm/src/cpu/pyramid.rs.
 
 /// Where the levels lie in `nodes`, and which of them a dispatch makes.
@@ -7,7 +8,7 @@ struct PyramidLevels {
     levels: array<vec4<u32>, 16>,
     /// The finest that is read.
     first: u32,
-    /// How many are made, at most four.
+    /// How many are made.
     count: u32,
     pad0: u32,
     pad1: u32,
@@ -33,25 +34,29 @@ fn pyramid_leaf(
     }
 }
 
-/// A workgroup makes 8² nodes, the 4² above them, and so on: all that it reads it has made itself, or the dispatch before.
+/// One level.
 @compute @workgroup_size(64)
-fn pyramid_parents(
+fn pyramid_parent(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) local_index: u32,
 ) {
-    let group = workgroup_id.y * num_workgroups.x + workgroup_id.x;
-    let across = (pyramid.levels[pyramid.first + 1u].y + 7u) / 8u;
-    let block = vec2(group % across, group / across);
-    var side = 8u;
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    let coarse = pyramid.levels[pyramid.first + 1u];
+    if i < coarse.y * coarse.z {
+        nodes[coarse.x + i] = parent(pyramid.levels[pyramid.first], i % coarse.y, i / coarse.y);
+    }
+}
+
+/// All levels that are left, by one workgroup: what it reads it has made itself, or a dispatch before.
+@compute @workgroup_size(64)
+fn pyramid_top(@builtin(local_invocation_index) local_index: u32) {
     for (var k = 0u; k < pyramid.count; k++) {
         let fine = pyramid.levels[pyramid.first + k];
         let coarse = pyramid.levels[pyramid.first + k + 1u];
-        let at = block * side + vec2(local_index % side, local_index / side);
-        if local_index < side * side && at.x < coarse.y && at.y < coarse.z {
-            nodes[coarse.x + at.y * coarse.y + at.x] = parent(fine, at.x, at.y);
+        for (var i = local_index; i < coarse.y * coarse.z; i += 64u) {
+            nodes[coarse.x + i] = parent(fine, i % coarse.y, i / coarse.y);
         }
-        side /= 2u;
         storageBarrier();
     }
 }

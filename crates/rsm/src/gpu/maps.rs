@@ -13,8 +13,8 @@ use crate::{
     layout::{LightMap, Node, Texel},
 };
 
-/// Levels that one dispatch makes: a workgroup's 8² nodes and what lies above them.
-const LEVELS_PER_DISPATCH: usize = 4;
+/// Most nodes of a level that one workgroup makes together with all levels above it.
+const TOP_NODES: usize = 32 * 32;
 
 indirect_core::wgsl_struct! {
     /// Where the levels lie, and which of them a dispatch makes.
@@ -130,7 +130,7 @@ impl Maps {
             maps: (0..maps).map(map).collect::<Result<_, GpuError>>()?,
             tops: empty_storage_buffer::<Node>(device, "tops", maps as u64)?,
             resolution,
-            levels: dispatches(&layout).map(levels).collect(),
+            levels: dispatches(&layout).into_iter().map(levels).collect(),
             layout,
         })
     }
@@ -182,18 +182,13 @@ impl Maps {
         for m in &self.maps {
             pass.compute(pipelines, (&RSM_PYRAMID, "pyramid_leaf"), texels, &[&m.named()])?;
         }
-        for (uniform, (first, _)) in self.levels.iter().zip(dispatches(&self.layout)) {
-            // A workgroup of 64 for each 8² nodes.
-            let [width, height] =
-                self.layout.levels[first as usize + 1].size.map(|n| u64::from(n.div_ceil(8)));
+        for (uniform, (first, count)) in self.levels.iter().zip(dispatches(&self.layout)) {
+            let nodes = self.layout.levels[first as usize + 1].len() as u64;
+            let (entry, invocations) =
+                if count == 1 { ("pyramid_parent", nodes) } else { ("pyramid_top", 1) };
             for m in &self.maps {
                 let own = [named("pyramid", uniform)];
-                pass.compute(
-                    pipelines,
-                    (&RSM_PYRAMID, "pyramid_parents"),
-                    64 * width * height,
-                    &[&m.named(), &own],
-                )?;
+                pass.compute(pipelines, (&RSM_PYRAMID, entry), invocations, &[&m.named(), &own])?;
             }
         }
         let node = size_of::<Node>() as u64;
@@ -236,12 +231,15 @@ impl Maps {
     }
 }
 
-/// The finest level that each dispatch of `pyramid_parents` reads, and how many it makes.
-fn dispatches(layout: &PyramidLayout) -> impl Iterator<Item = (u32, u32)> + use<> {
-    let last = layout.levels.len() - 1;
-    (0..last)
-        .step_by(LEVELS_PER_DISPATCH)
-        .map(move |first| (first as u32, (last - first).min(LEVELS_PER_DISPATCH) as u32))
+/// The finest level that each dispatch above the leaves reads, and how many it makes: large levels one by one, then the rest.
+fn dispatches(layout: &PyramidLayout) -> Vec<(u32, u32)> {
+    let above = layout.levels.len() as u32 - 1;
+    let large = layout.levels.iter().skip(1).take_while(|l| l.len() > TOP_NODES).count() as u32;
+    let mut dispatches: Vec<_> = (0..large).map(|first| (first, 1)).collect();
+    if large < above {
+        dispatches.push((large, above - large));
+    }
+    dispatches
 }
 
 #[cfg(test)]
