@@ -55,7 +55,9 @@ indirect_core::wgsl_struct! {
         /// Index of the view's first texel in buffers that hold several views.
         pub first_texel: u32,
         /// Unused.
-        pub pad: [u32; 3],
+        pub pad: u32,
+        /// Where in the render targets its image begins, texels.
+        pub tile: [u32; 2],
     }
 }
 
@@ -87,7 +89,8 @@ impl ViewUniform {
             half_extent: Vec2::to_array(&half),
             size,
             first_texel,
-            pad: [0; 3],
+            pad: 0,
+            tile: [0; 2],
         }
     }
 }

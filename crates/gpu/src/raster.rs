@@ -49,8 +49,8 @@ pub struct GBufferTarget {
     pub triangle: Buffer,
     size: [u32; 2],
     view: Buffer,
-    ids: TextureView,
-    depth: TextureView,
+    attachments: Attachments,
+    tile: [u32; 2],
     visibility_group: BindGroup,
     resolve_group: BindGroup,
 }
@@ -59,9 +59,19 @@ impl GBufferTarget {
     /// What an image of `size` texels will allocate.
     #[must_use]
     pub fn plan(size: [u32; 2]) -> Plan {
-        let mut plan = GBufferBuffers::plan(&size);
-        plan.texture("visibility", size, 4);
-        plan.texture("depth", size, 4);
+        Self::plan_of_many(size, 1)
+    }
+
+    /// What `count` images of `size` texels will allocate, see [`Self::many`].
+    #[must_use]
+    pub fn plan_of_many(size: [u32; 2], count: usize) -> Plan {
+        let mut plan = Plan::new();
+        for grid in grids(size, count) {
+            plan = plan.and(Attachments::plan(grid.texels(size)));
+            for _ in 0..grid.count {
+                plan = plan.and(GBufferBuffers::plan(&size));
+            }
+        }
         plan
     }
 
@@ -70,29 +80,44 @@ impl GBufferTarget {
     /// # Errors
     /// [`GpuError::EmptySize`], and [`GpuError::Limit`] where the device has no textures or buffers of that size.
     pub fn new(device: &Device, size: [u32; 2]) -> Result<Self, GpuError> {
+        Self::check(device, size, 1)?;
+        Self::within(device, size, Attachments::new(device, size), [0, 0])
+    }
+
+    /// Buffers for `count` images of `size` texels, which share render targets where those have room: one render pass draws them.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn many(device: &Device, size: [u32; 2], count: usize) -> Result<Vec<Self>, GpuError> {
+        Self::check(device, size, count)?;
+        let mut targets = Vec::with_capacity(count);
+        for grid in grids(size, count) {
+            let attachments = Attachments::new(device, grid.texels(size));
+            for i in 0..grid.count as u32 {
+                let tile = [i % grid.columns * size[0], i / grid.columns * size[1]];
+                targets.push(Self::within(device, size, attachments.clone(), tile)?);
+            }
+        }
+        Ok(targets)
+    }
+
+    fn check(device: &Device, size: [u32; 2], count: usize) -> Result<(), GpuError> {
         let [width, height] = size;
         if width == 0 || height == 0 {
             return Err(GpuError::EmptySize { what: "a G-buffer", width, height });
         }
-        Self::plan(size).check(&device.limits())?;
-        let attachment = |label, format, usage| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: usage | TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        let ids = attachment("visibility", ID_FORMAT, TextureUsages::TEXTURE_BINDING);
-        let depth = attachment("depth", DEPTH_FORMAT, TextureUsages::empty());
+        Self::plan_of_many(size, count).check(&device.limits())
+    }
+
+    fn within(
+        device: &Device,
+        size: [u32; 2],
+        attachments: Attachments,
+        tile: [u32; 2],
+    ) -> Result<Self, GpuError> {
         let b = GBufferBuffers::new(device, &size)?;
         let mut names = b.named();
-        names.push(("triangles", BindingResource::TextureView(&ids)));
+        names.push(("triangles", BindingResource::TextureView(&attachments.ids)));
         let group = |module: &indirect_shaders::Module, entry, stages| {
             let entry = module.entry_point(entry);
             let bindings = entry.map_or(&[][..], |e| e.bindings).iter().filter(|b| b.group == 1);
@@ -108,8 +133,8 @@ impl GBufferTarget {
             triangle: b.gbuffer_triangle,
             size,
             view: b.view,
-            ids,
-            depth,
+            attachments,
+            tile,
             visibility_group,
             resolve_group,
         })
@@ -117,7 +142,8 @@ impl GBufferTarget {
 
     /// Sets what will be seen, from the next submission on.
     pub fn prepare(&self, queue: &Queue, view: &View) {
-        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&ViewUniform::new(view, self.size, 0)));
+        let view = ViewUniform { tile: self.tile, ..ViewUniform::new(view, self.size, 0) };
+        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
     }
 
     /// Width and height, texels.
@@ -137,7 +163,7 @@ impl GBufferTarget {
         ]
     }
 
-    /// GPU memory, bytes.
+    /// GPU memory, bytes, of an image that shares no render targets.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         Self::plan(self.size).bytes()
@@ -172,6 +198,75 @@ impl GBufferTarget {
         queue.write_buffer(&self.albedo, 0, bytemuck::cast_slice(&pad(&g.albedo)));
         queue.write_buffer(&self.triangle, 0, bytemuck::cast_slice(&g.triangle));
     }
+}
+
+/// Render targets of one or several views: triangle numbers and depth.
+#[derive(Debug, Clone)]
+struct Attachments {
+    ids: TextureView,
+    depth: TextureView,
+}
+
+impl Attachments {
+    fn plan(size: [u32; 2]) -> Plan {
+        let mut plan = Plan::new();
+        plan.texture("visibility", size, 4);
+        plan.texture("depth", size, 4);
+        plan
+    }
+
+    fn new(device: &Device, [width, height]: [u32; 2]) -> Self {
+        let attachment = |label, format, usage| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        Self {
+            ids: attachment("visibility", ID_FORMAT, TextureUsages::TEXTURE_BINDING),
+            depth: attachment("depth", DEPTH_FORMAT, TextureUsages::empty()),
+        }
+    }
+}
+
+/// Views that share render targets, in rows of `columns`.
+struct Grid {
+    count: usize,
+    columns: u32,
+}
+
+impl Grid {
+    /// Width and height of the render targets.
+    fn texels(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        [self.columns * width, (self.count as u32).div_ceil(self.columns) * height]
+    }
+}
+
+/// Side that render targets of several views do not exceed: what any WebGPU device has.
+const LARGEST_SHARED: u32 = 8192;
+
+/// `count` views of `size` texels in as few and as square render targets as there can be.
+fn grids([width, height]: [u32; 2], count: usize) -> Vec<Grid> {
+    let along = |side: u32| (LARGEST_SHARED / side.max(1)).max(1);
+    let most = along(width) as usize * along(height) as usize;
+    let mut grids = Vec::new();
+    let mut left = count;
+    while left > 0 {
+        let here = left.min(most);
+        // The fewest columns that need no more rows than there is room for, and make a square or less.
+        let least = (here as u32).div_ceil(along(height));
+        let columns = (here as f64).sqrt().ceil() as u32;
+        grids.push(Grid { count: here, columns: columns.max(least).min(along(width)) });
+        left -= here;
+    }
+    grids
 }
 
 const VISIBILITY_STAGES: ShaderStages = ShaderStages::VERTEX_FRAGMENT;
@@ -246,11 +341,12 @@ impl Raster {
     ) {
         let targets = targets.into_iter();
         let pipeline = if scene.is_masked() { &self.masked } else { &self.opaque };
-        for target in targets.clone() {
+        let mut rest = targets.clone().peekable();
+        while let Some(first) = rest.next() {
             let pass = wgpu::RenderPassDescriptor {
                 label: None,
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &target.ids,
+                    view: &first.attachments.ids,
                     depth_slice: None,
                     resolve_target: None,
                     ops: wgpu::Operations {
@@ -259,7 +355,7 @@ impl Raster {
                     },
                 })],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: &target.depth,
+                    view: &first.attachments.depth,
                     depth_ops: Some(wgpu::Operations {
                         load: wgpu::LoadOp::Clear(0.0),
                         store: wgpu::StoreOp::Discard,
@@ -273,8 +369,18 @@ impl Raster {
             timer.render(encoder, name, &pass, |pass| {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, scene.group(), &[]);
-                pass.set_bind_group(1, &target.visibility_group, &[]);
-                pass.draw(0..3 * scene.triangles(), 0..1);
+                let draw = |pass: &mut wgpu::RenderPass<'_>, target: &GBufferTarget| {
+                    let ([x, y], [width, height]) = (target.tile, target.size);
+                    pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                    pass.set_scissor_rect(x, y, width, height);
+                    pass.set_bind_group(1, &target.visibility_group, &[]);
+                    pass.draw(0..3 * scene.triangles(), 0..1);
+                };
+                draw(pass, first);
+                // Those that share the render targets.
+                while let Some(next) = rest.next_if(|t| t.attachments.ids == first.attachments.ids) {
+                    draw(pass, next);
+                }
             });
         }
         timer.compute(encoder, name, |pass| {
@@ -288,3 +394,24 @@ impl Raster {
 }
 
 const BACKGROUND: wgpu::Color = wgpu::Color { r: NO_TRIANGLE as f64, g: 0.0, b: 0.0, a: 0.0 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shared_targets_have_room_for_all_and_little_more() {
+        for side in [1, 45, 512, 2048, 3000, 8192, 10_000] {
+            for count in [0, 1, 2, 6, 7, 24, 100] {
+                let grids = grids([side; 2], count);
+                assert_eq!(grids.iter().map(|g| g.count).sum::<usize>(), count);
+                for g in &grids {
+                    let [w, h] = g.texels([side; 2]);
+                    assert!(w.max(h) <= LARGEST_SHARED.max(side), "{side} {count}: {w}×{h}");
+                    let cells = (w / side * (h / side)) as usize;
+                    assert!(cells >= g.count && cells < g.count + g.columns as usize, "{side} {count}");
+                }
+            }
+        }
+    }
+}

@@ -17,6 +17,8 @@ struct View {
     size: vec2<u32>,
     /// Index of this view's first texel in buffers that hold several views.
     first_texel: u32,
+    /// Where in the render targets this view's image begins, texels.
+    tile: vec2<u32>,
 }
 
 /// A world point along the view's right, up and forward axes. The origin is subtracted first: digits survive far from 0.

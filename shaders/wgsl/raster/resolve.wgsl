@@ -18,7 +18,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let texel = view.first_texel + id.y * view.size.x + id.x;
-    let seen = textureLoad(triangles, id.xy, 0).x;
+    let seen = textureLoad(triangles, view.tile + id.xy, 0).x;
     gbuffer_triangle[texel] = seen;
     if seen == NO_TRIANGLE {
         gbuffer_position[texel] = vec4<f32>(0.0);

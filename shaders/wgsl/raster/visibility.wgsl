@@ -25,10 +25,10 @@ fn visibility(in: VisibilityVertex) -> @location(0) u32 {
 fn visibility_masked(in: VisibilityVertex) -> @location(0) u32 {
     let triangle = scene_triangles[in.triangle];
     if scene_materials[triangle.w].alpha_cutoff > 0.0 {
-        // `position.xy` is the texel's centre.
+        // `position.xy` is the texel's centre in the targets.
         let hit = view_barycentrics(
             view,
-            in.position.xy,
+            in.position.xy - vec2<f32>(view.tile),
             scene_position(triangle.x),
             scene_position(triangle.y),
             scene_position(triangle.z),

@@ -88,10 +88,10 @@ impl Maps {
     /// [`Self::plan`] with or without pyramids.
     #[must_use]
     pub fn plan_with(resolution: u32, maps: usize, pyramids: bool) -> Plan {
-        let mut plan = Plan::new();
+        let mut plan = GBufferTarget::plan_of_many([resolution; 2], maps);
         let sizes = MapSizes { resolution, pyramids };
         for _ in 0..maps {
-            plan = plan.and(GBufferTarget::plan([resolution; 2])).and(MapBuffers::plan(&sizes));
+            plan = plan.and(MapBuffers::plan(&sizes));
         }
         plan.storage::<Node>("tops", maps as u64, BufferUsages::empty());
         for _ in dispatches(&PyramidLayout::new([resolution.max(1); 2])) {
@@ -114,11 +114,11 @@ impl Maps {
     /// As there.
     pub fn with(device: &Device, resolution: u32, maps: usize, pyramids: bool) -> Result<Self, GpuError> {
         let layout = PyramidLayout::new([resolution.max(1); 2]);
-        let map = |_| {
-            let surface = GBufferTarget::new(device, [resolution; 2])?;
+        let map = |surface| {
             let buffers = MapBuffers::new(device, &MapSizes { resolution, pyramids })?;
             Ok(MapResources { surface, buffers })
         };
+        let surfaces = GBufferTarget::many(device, [resolution; 2], maps)?;
         let levels = |(first, count)| {
             let mut uniform = PyramidLevels { first, count, ..PyramidLevels::zeroed() };
             for (entry, l) in uniform.levels.iter_mut().zip(&layout.levels) {
@@ -127,7 +127,7 @@ impl Maps {
             uniform_buffer(device, "levels", &uniform)
         };
         Ok(Self {
-            maps: (0..maps).map(map).collect::<Result<_, GpuError>>()?,
+            maps: surfaces.into_iter().map(map).collect::<Result<_, GpuError>>()?,
             tops: empty_storage_buffer::<Node>(device, "tops", maps as u64)?,
             resolution,
             levels: dispatches(&layout).into_iter().map(levels).collect(),
