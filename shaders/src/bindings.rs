@@ -69,11 +69,6 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 4, "normals", Read),
         at(0, 5, "irradiance", ReadWrite),
     ] },
-    EntryPoint { module: "RSM_SHADE", name: "shade", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "albedos", Read),
-        at(0, 1, "irradiance", Read),
-        at(0, 2, "image", ReadWrite),
-    ] },
     EntryPoint { module: "FILTER_SHADE", name: "shade", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "albedos", Read),
         at(0, 1, "irradiance", Read),

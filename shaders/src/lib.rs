@@ -117,8 +117,6 @@ modules! {
     RSM_COMPACT = ["rsm/layout.wgsl", "rsm/compact.wgsl"] => ["compact"];
     /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
     RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
-    /// Radiance that leaves each pixel; twin of `rsm::cpu::shade`.
-    RSM_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
     /// Radiance that leaves each pixel; twin of `indirect_filter::cpu::shade`.
     FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
     /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
