@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use indirect_core::Scene;
 use indirect_gpu::wgpu::{DeviceType, Limits};
-use indirect_gpu::{AdapterChoice, Context, PassTimer, Pipelines, SceneBuffers};
+use indirect_gpu::{AdapterChoice, Context, GpuError, PassTimer, Pipelines, SceneBuffers};
 
 use crate::failure::{Failure, Outcome};
 use crate::setup;
@@ -37,8 +37,11 @@ impl Device {
 }
 
 fn context(limits: &Limits) -> Outcome<Context> {
-    Context::with_limits(&AdapterChoice::from_env(), limits)
-        .map_err(|e| Failure::Check(format!("{}: {e}", setup::NO_ADAPTER)))
+    Context::with_limits(&AdapterChoice::from_env(), limits).map_err(|e| match e {
+        // There is one, but not for this scene with these settings.
+        GpuError::Limit { .. } => Failure::Input(format!("the GPU adapter is too small for this: {e}")),
+        e => Failure::Check(format!("{}: {e}", setup::NO_ADAPTER)),
+    })
 }
 
 /// A device, and the scene on it.
