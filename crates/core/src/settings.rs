@@ -1,4 +1,4 @@
-//! Settings that are declared once: [`settings!`](crate::settings) makes the struct with its documentation, its default, the check
+//! Settings that are declared once: [`settings!`](macro@crate::settings) makes the struct with its documentation, its default, the check
 //! of its ranges and the table from which a command line lists and parses it; [`choice!`](crate::choice) makes an enum with words.
 //!
 //! ```
@@ -36,7 +36,7 @@
 //! let error = options.set("range", "2").unwrap_err();
 //! assert_eq!(error.to_string(), "range is 2, it must be in 0.01..=1");
 //! options.range = 7.0;
-//! assert!(options.validate().is_err() && options.set("rnage", "1").is_err());
+//! assert!(options.validate().is_err() && options.set("radius", "1").is_err());
 //! # Ok::<(), indirect_core::settings::BadOption>(())
 //! ```
 
@@ -130,7 +130,7 @@ pub struct Key {
     pub default: Value,
 }
 
-/// A struct that [`settings!`](crate::settings) declared.
+/// A struct that [`settings!`](macro@crate::settings) declared.
 pub trait Settings: Default + Clone + fmt::Debug {
     /// All settings, in the order of the fields.
     const KEYS: &'static [Key];
@@ -172,7 +172,7 @@ pub trait Setting: Copy {
     fn is_in(self, kind: &Kind) -> bool;
 }
 
-/// The [`Kind`] and the erased default of a setting, as constants: what [`settings!`](crate::settings) builds its table from.
+/// The [`Kind`] and the erased default of a setting, as constants: what [`settings!`](macro@crate::settings) builds its table from.
 #[doc(hidden)]
 pub struct Row<T>(pub T);
 
@@ -299,7 +299,7 @@ macro_rules! choice {
 }
 
 /// Declares a struct of settings: documentation, default and range of each field in one place. See the
-/// [module](crate::settings).
+/// [module](mod@crate::settings).
 ///
 /// Numbers state their range after the default; choices have none. `where FUNCTION;` behind the last field names a function
 /// `fn(&Self) -> Result<(), BadOption>` for relations between settings, which `validate` calls after the ranges.

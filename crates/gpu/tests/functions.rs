@@ -3,9 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use indirect_core::{Projection, View, form_factor, math, octahedral};
-use indirect_gpu::shaders::{FORM_FACTOR, GRID, Module, OCTAHEDRAL, SCENE, VIEW};
+use indirect_gpu::shaders::{FILTER_SHADE, FORM_FACTOR, GRID, Module, OCTAHEDRAL, SCENE, VIEW};
 use indirect_gpu::{
-    Context, GpuError, Kernel, PassTimer, ViewUniform, empty_storage_buffer, storage_buffer, workgroups_1d,
+    Context, GpuError, Kernel, PassTimer, ViewUniform, empty_storage_buffer, named, storage_buffer,
+    workgroups_1d,
 };
 use testkit::{CpuOutput, GpuOutput, Tolerance, compare, compare_exact};
 
@@ -318,5 +319,28 @@ fn normalize_survives_extremes() -> Result<(), GpuError> {
         None,
     )
     .unwrap();
+    Ok(())
+}
+
+/// Layouts are explicit: a bind group that one instance of a pipeline made serves another.
+#[test]
+fn bind_groups_fit_every_instance_of_a_pipeline() -> Result<(), GpuError> {
+    let Some(gpu) = testkit::gpu() else { return Ok(()) };
+    let Context { device, queue, .. } = gpu;
+    let kernel = || Kernel::new(device, &FILTER_SHADE, "shade", &[]);
+    let (first, second) = (kernel(), kernel());
+    let albedo = storage_buffer(device, "albedos", &[[0.5_f32, 0.25, 1.0, 0.0]])?;
+    let irradiance = storage_buffer(device, "irradiance", &[[core::f32::consts::PI; 4]])?;
+    let image = empty_storage_buffer::<[f32; 4]>(device, "image", 1)?;
+    let names = [named("albedos", &albedo), named("irradiance", &irradiance), named("image", &image)];
+    let group = first.group(device, 0, &[&names])?;
+    let mut encoder = device.create_command_encoder(&Default::default());
+    second.dispatch(&mut encoder, &mut PassTimer::off(), "shade", &[&group], [1, 1, 1]);
+    queue.submit([encoder.finish()]);
+    let [[r, g, b, _]] = gpu.read::<[f32; 4]>(&image)?[..] else { panic!("one pixel") };
+    assert!((r - 0.5).abs() < 1e-6 && (g - 0.25).abs() < 1e-6 && (b - 1.0).abs() < 1e-6, "{r} {g} {b}");
+    // A name that is missing is an error that says so.
+    let error = first.group(device, 0, &[&names[1..]]).unwrap_err().to_string();
+    assert!(error.contains("shade") && error.contains("albedos"), "{error}");
     Ok(())
 }

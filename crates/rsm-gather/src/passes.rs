@@ -1,5 +1,7 @@
 use glam::Vec3;
-use indirect_core::{GBuffer, Image, SceneProfile};
+#[cfg(feature = "cpu")]
+use indirect_core::GBuffer;
+use indirect_core::{Image, SceneProfile};
 #[cfg(feature = "cpu")]
 use indirect_filter::cpu::shade;
 use indirect_technique::{Row, Technique, passes};
