@@ -159,10 +159,12 @@ fn feature_builds(published: &[&Package]) -> Vec<Step> {
             let package = p.name.to_string();
             let math = p.features.contains_key("libm");
             Step::new(format!("no default features: {package}"), "guard what needs the feature", move || {
-                let mut args = vec!["check", "--release", "--quiet", "--no-default-features", "-p", &package];
+                let mut args =
+                    vec!["clippy", "--release", "--quiet", "--no-default-features", "-p", &package];
                 if math {
                     args.extend(["--features", "libm"]);
                 }
+                args.extend(["--", "-D", "warnings"]);
                 cargo(&args)
             })
         })
