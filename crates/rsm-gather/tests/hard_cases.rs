@@ -5,7 +5,7 @@
 #[path = "../../rsm/tests/common/mod.rs"]
 mod common;
 
-use common::{floor_and_wall, light, push_box, push_square, scene, spot};
+use common::{floor_and_wall, light, lights, push_box, push_square, scaled, scene, spot};
 use glam::{Mat3, Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::settings::Settings;
@@ -38,24 +38,6 @@ fn render(scene: &Scene, scale: f32, options: Options, form: Form) -> Output {
 
 const SELECTIONS: [Selection; 3] =
     [Selection::All, Selection::Grid { cells: 8 }, Selection::Importance { count: 100 }];
-
-fn lights() -> [LightKind; 3] {
-    [
-        spot(Vec3::new(0.2, 3.0, 0.3), Vec3::new(0.1, -1.0, -0.3), 20.0, 35.0),
-        LightKind::Point { position: Vec3::new(0.3, 1.5, 0.2) },
-        LightKind::Directional { direction: Vec3::new(0.3, -1.0, -0.5).normalize() },
-    ]
-}
-
-fn scaled(kind: LightKind, s: f32) -> LightKind {
-    match kind {
-        LightKind::Directional { .. } => kind,
-        LightKind::Point { position } => LightKind::Point { position: position * s },
-        LightKind::Spot { position, direction, inner_angle, outer_angle } => {
-            LightKind::Spot { position: position * s, direction, inner_angle, outer_angle }
-        }
-    }
-}
 
 /// Thesis eq. 4.7, `max(1, d²)`, would fail this: nothing may depend on the metre.
 #[test]

@@ -4,29 +4,11 @@
 
 mod common;
 
-use common::{floor_and_wall, spot};
-use glam::{Vec2, Vec3};
+use common::{floor_and_wall, lights, scaled};
+use glam::Vec2;
 use indirect_accel::{Accel, BuildPreset};
-use indirect_core::{LightKind, Projection};
+use indirect_core::Projection;
 use rsm::{Error, cpu, views::views};
-
-fn lights() -> [LightKind; 3] {
-    [
-        spot(Vec3::new(0.2, 3.0, 0.3), Vec3::new(0.1, -1.0, -0.3), 20.0, 35.0),
-        LightKind::Point { position: Vec3::new(0.3, 1.5, 0.2) },
-        LightKind::Directional { direction: Vec3::new(0.3, -1.0, -0.5).normalize() },
-    ]
-}
-
-fn scaled(kind: LightKind, s: f32) -> LightKind {
-    match kind {
-        LightKind::Directional { .. } => kind,
-        LightKind::Point { position } => LightKind::Point { position: position * s },
-        LightKind::Spot { position, direction, inner_angle, outer_angle } => {
-            LightKind::Spot { position: position * s, direction, inner_angle, outer_angle }
-        }
-    }
-}
 
 /// A texel that is not finite counts as unlit: the sums are those without it, and nothing is drawn from it.
 #[test]

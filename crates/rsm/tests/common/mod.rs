@@ -55,6 +55,26 @@ pub(crate) fn floor_and_wall(kind: LightKind, scale: f32) -> Scene {
     s
 }
 
+/// A light of each kind above [`floor_and_wall`].
+pub(crate) fn lights() -> [LightKind; 3] {
+    [
+        spot(Vec3::new(0.2, 3.0, 0.3), Vec3::new(0.1, -1.0, -0.3), 20.0, 35.0),
+        LightKind::Point { position: Vec3::new(0.3, 1.5, 0.2) },
+        LightKind::Directional { direction: Vec3::new(0.3, -1.0, -0.5).normalize() },
+    ]
+}
+
+/// A light where everything is `s` times as large.
+pub(crate) fn scaled(kind: LightKind, s: f32) -> LightKind {
+    match kind {
+        LightKind::Directional { .. } => kind,
+        LightKind::Point { position } => LightKind::Point { position: position * s },
+        LightKind::Spot { position, direction, inner_angle, outer_angle } => {
+            LightKind::Spot { position: position * s, direction, inner_angle, outer_angle }
+        }
+    }
+}
+
 /// A map made from noise: random depths, unit normals, albedos and fluxes, some texels empty.
 pub(crate) fn noise_map(size: [u32; 2], seed: u32, empty_share: f32) -> Map {
     let mut state = seed;
