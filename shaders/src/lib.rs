@@ -121,6 +121,55 @@ modules! {
     FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
     /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
     FILTER_SMOOTH = ["core/grid.wgsl", "core/view.wgsl", "filter/smooth.wgsl"] => ["smooth_pixels"];
+    /// Virtual lights on emissive triangles; twin of `instant_radiosity::cpu::emit`.
+    INSTANT_RADIOSITY_EMIT = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/emit.wgsl",
+    ] => ["emit"];
+    /// Virtual lights of the next bounce; twin of `instant_radiosity::cpu::bounce_rays`.
+    INSTANT_RADIOSITY_BOUNCE = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl",
+        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/bounce.wgsl",
+    ] => ["bounce_rays"];
+    /// What virtual lights have in common; twin of `instant_radiosity::cpu::summary`.
+    INSTANT_RADIOSITY_SUMMARY = [
+        "sampling/rng.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/summary.wgsl",
+    ] => ["summarise"];
+    /// Irradiance of a pixel's part of the virtual lights, with rays; twin of `instant_radiosity::cpu::gather`.
+    INSTANT_RADIOSITY_GATHER = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl",
+        "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_rays.wgsl",
+        "instant_radiosity/lights.wgsl", "instant_radiosity/gather_rays.wgsl", "instant_radiosity/gather.wgsl",
+    ] => ["gather"];
+    /// The same without visibility.
+    INSTANT_RADIOSITY_GATHER_OPEN = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/shadow_open.wgsl", "instant_radiosity/lights.wgsl", "instant_radiosity/gather.wgsl",
+    ] => ["gather"];
+    /// What bounding virtual lights removes; twin of `instant_radiosity::cpu::compensate`.
+    INSTANT_RADIOSITY_COMPENSATE = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl",
+        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_rays.wgsl",
+        "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
+    ] => ["compensate"];
+    /// The same where nothing stands between virtual lights and the ends of paths.
+    INSTANT_RADIOSITY_COMPENSATE_OPEN = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl",
+        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_open.wgsl",
+        "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
+    ] => ["compensate"];
+    /// Where pixels' surfaces were in the frame before; twin of `instant_radiosity::cpu::movement`.
+    INSTANT_RADIOSITY_MOVEMENT = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/movement.wgsl",
+    ] => ["movement"];
+    /// The pixels of a block put together, and with the frame before; twin of `instant_radiosity::cpu::merge`.
+    INSTANT_RADIOSITY_MERGE = [
+        "core/grid.wgsl", "core/view.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/merge.wgsl",
+    ] => ["merge"];
     /// Blocks of the camera's pixels; twin of `image_space_radiosity::cpu::mips`.
     IMAGE_SPACE_RADIOSITY_MIPS = [
         "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/pixel.wgsl",

@@ -228,7 +228,7 @@ fn render_technique(
         technique.prepare_mixed(stage, values, args.seed, backend, &choices)?
     };
     let prepare_ms = start.elapsed().as_secs_f64() * 1e3 + stage.accel_ms;
-    let measured = technique::measure(renderer.as_mut(), stage, 3, 1.0)?;
+    let measured = technique::measure(renderer.as_mut(), stage, (3, technique.settles(values)), 1.0)?;
     let direct = || direct_light(stage, options.spp, options.seed);
     let image = match args.component {
         Component::Indirect => measured.indirect,
@@ -260,9 +260,14 @@ fn ignored(args: &RenderArgs, technique: &dyn technique::Technique, values: &Val
     let name = technique.name();
     let models = technique.transport(values).bounces;
     let mut said = Vec::new();
-    if let Some(asked) = args.bounces.as_deref().filter(|b| b.parse() != Ok(models)) {
-        let plural = if models == 1 { "" } else { "s" };
-        said.push(format!("--bounces {asked}: {name} models {models} bounce{plural}"));
+    let all = models == technique::Transport::ALL;
+    if let Some(asked) = args.bounces.as_deref().filter(|b| if all { *b != "inf" } else { b.parse() != Ok(models) }) {
+        let models = match models {
+            1 => "1 bounce".to_owned(),
+            _ if all => "all bounces".to_owned(),
+            n => format!("{n} bounces"),
+        };
+        said.push(format!("--bounces {asked}: {name} models {models}"));
     }
     let reference =
         [("--unoccluded", args.unoccluded), ("--pixel-filter box", args.pixel_filter == PixelFilterArg::Box)];

@@ -57,6 +57,25 @@ pub fn point_to_disc(receiver: Vec3, n_receiver: Vec3, patch: Vec3, n_patch: Vec
         .map_or(0.0, |(ci, cj, d2)| ci * cj * area / (PI * d2 + area))
 }
 
+/// The part of the kernel `k ≥ 0` (form factor per area, m⁻²) that point lights carry where they are bounded: `k/(1 + A k)`, half of it
+/// at `k = 1/A`, at most `1/A`. `area`: `A ≥ 0`, m². The rest is the share [`unbounded_share`] of it, for paths to carry (after Kollig &
+/// Keller 2004, "Illumination in the Presence of Weak Singularities", with a smooth bound).
+///
+/// With `k = cosθ_i cosθ_j/(π d²)` it is `cosθ_i cosθ_j/(π d² + A cosθ_i cosθ_j)`: for two points that face each other, a disc of area `A`.
+#[must_use]
+#[inline]
+pub fn bounded(kernel: f32, area: f32) -> f32 {
+    kernel / (1.0 + area * kernel)
+}
+
+/// The share of the kernel that [`bounded`] leaves to paths, `[0, 1]`: `A k/(1 + A k)`; 1 for a kernel that is not finite.
+#[must_use]
+#[inline]
+pub fn unbounded_share(kernel: f32, area: f32) -> f32 {
+    let carried = area * kernel.max(0.0);
+    if carried.is_finite() { carried / (1.0 + carried) } else { 1.0 }
+}
+
 /// Exact form factor from a differential receiver to a planar polygon, clipped at the receiver's horizon (Lambert 1760;
 /// Baum, Rushmeier & Winget 1989).
 ///

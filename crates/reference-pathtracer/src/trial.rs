@@ -49,7 +49,7 @@ pub(crate) fn plan(image: &Raster<'_>, rays: &AtomicU64) -> Option<Plan> {
     }
     let mesh = &tracer.surfaces.scene().mesh;
     let area: f64 = (0..mesh.triangles.len() as u32).map(|t| f64::from(mesh.area(t))).sum();
-    let plan = |(scale, connections)| Plan { bound: scale / (PI * area as f32), connections };
+    let plan = |(scale, connections)| Plan { area: PI * area as f32 / scale, connections };
     let count = image.count();
     let samples = settings.samples.batch.min(TRIAL_SAMPLES);
     let longer = (settings.samples.batch / samples) as usize;

@@ -3,7 +3,7 @@
 //! Indirect light `ρ ∫ L(y) k(x, y) dA` arrives through the kernel `k = p(ω)·cosθ_y/(π d²)`, `p` being the receiver's lobe. Points `y` of
 //! light paths, as virtual point lights, sample it well where it is small and even; where it is large (corners), single
 //! points stand out. So it is split without bias, `k = k·b/(b + k) + k·k/(b + k)`: virtual lights carry the first part,
-//! which is bounded by `b`, and camera paths the second, by going on from the next surface with probability `k/(b + k)` (after Kollig
+//! which is bounded by `b = 1/A`, and camera paths the second, by going on from the next surface with probability `k/(b + k)` (after Kollig
 //! & Keller 2004, "Illumination in the Presence of Weak Singularities", with a smooth bound).
 
 use core::{
@@ -12,6 +12,7 @@ use core::{
 };
 
 use glam::{Vec2, Vec3};
+use indirect_core::form_factor::{bounded, unbounded_share};
 use indirect_core::{Aabb, LightKind, Ray, math};
 use indirect_sampling::mapping;
 use rayon::prelude::*;
@@ -28,8 +29,8 @@ const CHUNK: u32 = 32;
 /// How light is split between virtual lights and paths.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plan {
-    /// Kernel of which virtual lights carry half, m⁻².
-    pub(crate) bound: f32,
+    /// One over the kernel of which virtual lights carry half, m².
+    pub(crate) area: f32,
     /// Virtual lights per sample.
     pub(crate) connections: u32,
 }
@@ -78,7 +79,7 @@ impl<'a> Draw<'a> {
         let mut sum = Vec3::ZERO;
         for k in 0..plan.connections {
             let i = ((self.at + self.step * f64::from(k)) * n) as usize;
-            sum += connect(tracer, vertex, lobe, &vpls[i.min(last)], plan.bound, rays);
+            sum += connect(tracer, vertex, lobe, &vpls[i.min(last)], plan.area, rays);
         }
         sum * (n as f32 / plan.connections as f32)
     }
@@ -88,8 +89,7 @@ impl<'a> Draw<'a> {
     pub(crate) fn kept(&self, vertex: &Vertex, lobe: &Lobe, w: Vec3, next: &Vertex) -> f32 {
         let d2 = next.position.distance_squared(vertex.position);
         let kernel = lobe.density(w) * -next.geometric.dot(w) * FRAC_1_PI / d2;
-        let bound = self.pool.plan.bound;
-        if kernel.is_finite() { kernel.max(0.0) / (bound + kernel.max(0.0)) } else { 1.0 }
+        unbounded_share(kernel, self.pool.plan.area)
     }
 }
 
@@ -196,7 +196,7 @@ fn emit(tracer: &Tracer<'_>, sampler: &mut Sampler) -> Option<(Ray, Vec3, Option
 }
 
 /// Radiance that `vertex` reflects per albedo from one virtual light: the part that virtual lights carry.
-fn connect(tracer: &Tracer<'_>, vertex: &Vertex, lobe: &Lobe, vpl: &Vpl, bound: f32, rays: &mut u64) -> Vec3 {
+fn connect(tracer: &Tracer<'_>, vertex: &Vertex, lobe: &Lobe, vpl: &Vpl, area: f32, rays: &mut u64) -> Vec3 {
     let to = vpl.position - vertex.position;
     let d2 = to.length_squared();
     let w = to * d2.sqrt().recip();
@@ -205,7 +205,7 @@ fn connect(tracer: &Tracer<'_>, vertex: &Vertex, lobe: &Lobe, vpl: &Vpl, bound: 
     if !(kernel > 0.0 && kernel.is_finite()) {
         return Vec3::ZERO;
     }
-    let carried = kernel * bound / (bound + kernel);
+    let carried = bounded(kernel, area);
     let target = math::offset_ray_origin_scaled(vpl.position, vpl.normal, tracer.unit);
     let blocked = !tracer.settings.unoccluded && tracer.blocked(vertex, target, rays);
     if blocked { Vec3::ZERO } else { vpl.flux * carried }

@@ -18,6 +18,10 @@ pub trait Fit: Technique {
         options: Self::Options,
         params: Self::Params,
     ) -> Result<Self::Setup, Self::Error>;
+
+    /// Follows a scene whose lights, cameras or vertices may have moved since the setup was made or followed last; their numbers
+    /// are the same. For techniques that keep something of the geometry: most keep nothing.
+    fn refit(_setup: &mut Self::Setup, _accel: &Accel<'_>) {}
 }
 
 impl<'a, S> Frame<'a, S> {

@@ -120,3 +120,14 @@ fn point_to_patch(
     let half_side = 0.5 * sqrt(area);
     return point_to_parallelogram(receiver, n_receiver, patch_centre, s * half_side, t * half_side);
 }
+
+/// The part of the kernel k (1/m²) that point lights carry where they are bounded: k/(1 + A k).
+fn bounded(kernel: f32, area: f32) -> f32 {
+    return kernel / (1.0 + area * kernel);
+}
+
+/// The share of the kernel that `bounded` leaves to paths; 1 for one too large to be a number.
+fn unbounded_share(kernel: f32, area: f32) -> f32 {
+    let carried = area * max(kernel, 0.0);
+    return select(1.0, carried / (1.0 + carried), carried < 3.4028235e38);
+}

@@ -35,7 +35,11 @@ impl Models<'_> {
         let (transport, emitters) = model;
         let options = ReferenceOptions {
             components: Components::Indirect,
-            bounces: Bounces::Count(transport.bounces),
+            bounces: if transport.bounces == Transport::ALL {
+                Bounces::Infinite
+            } else {
+                Bounces::Count(transport.bounces)
+            },
             unoccluded: !transport.occluded,
             spp: 0,
             noise_target: Some(self.effort.noise_target()),
@@ -63,15 +67,17 @@ impl Models<'_> {
     /// The models between the truth and what a technique with this transport must approach, which is the last: each with its
     /// name and what it leaves out that the one before has.
     pub(super) fn chain(&self, transport: Transport) -> Vec<(&'static str, String, Model)> {
-        let Transport { bounces, occluded } = transport;
+        let Transport { bounces, occluded, emitters } = transport;
         let seen = Transport { occluded: true, ..transport };
-        let mut chain =
-            vec![("later bounces", format!("the model stops after bounce {bounces}"), (seen, true))];
+        let mut chain = Vec::new();
+        if bounces != Transport::ALL {
+            chain.push(("later bounces", format!("the model stops after bounce {bounces}"), (seen, true)));
+        }
         if !occluded {
             let why = "the model lets light of the first bounce pass through what stands between";
             chain.push(("visibility", why.to_owned(), (transport, true)));
         }
-        if self.stage.profile.emissive_triangles > 0 {
+        if self.stage.profile.emissive_triangles > 0 && !emitters {
             let why = "the model has no light from emissive surfaces";
             chain.push(("emitters", why.to_owned(), (transport, false)));
         }

@@ -61,6 +61,11 @@ impl<A: Adapter> Technique for Adapted<A> {
         A::transport(&settings.map(|(options, _)| options).unwrap_or_default())
     }
 
+    fn settles(&self, values: &Values) -> usize {
+        let settings = values.settings::<A::Technique>(&SceneProfile::default());
+        A::settles(&settings.map(|(options, _)| options).unwrap_or_default())
+    }
+
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>> {
         let mut twins = Vec::new();
         for (prefix, pairs) in A::TWINS {

@@ -18,11 +18,12 @@ pub(crate) struct Measured {
     pub(crate) passes: Vec<Pass>,
 }
 
-/// Renders a frame to warm up, then frames until the time is spent: at least `least`, at most 15.
+/// Renders a frame to warm up, then frames until the time is spent: at least `least`, at most 15. The image is that of frame number
+/// `settled`, whatever the time that frames took, so that another run finds the same.
 pub(crate) fn measure(
     renderer: &mut dyn Renderer,
     stage: &Stage<'_>,
-    least: usize,
+    (least, settled): (usize, usize),
     seconds: f64,
 ) -> Outcome<Measured> {
     const MOST: usize = 15;
@@ -30,6 +31,11 @@ pub(crate) fn measure(
     const LONG_MS: f64 = 4e3;
     let start = Instant::now();
     let first = renderer.frame(stage)?;
+    for _ in 1..settled {
+        renderer.frame(stage)?;
+    }
+    let indirect = renderer.image()?;
+    let start = if settled > 1 { Instant::now() } else { start };
     let mut times = if first > LONG_MS.max(seconds * 1e3) { vec![first] } else { Vec::new() };
     while times.len() < least || (times.len() < MOST && start.elapsed().as_secs_f64() < seconds) {
         times.push(renderer.frame(stage)?);
@@ -38,7 +44,7 @@ pub(crate) fn measure(
     Ok(Measured {
         frame_ms: times[(times.len() - 1) / 2],
         frames: times.len(),
-        indirect: renderer.image()?,
+        indirect,
         passes: renderer.passes(stage)?,
     })
 }

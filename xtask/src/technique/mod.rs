@@ -4,6 +4,7 @@ mod adapted;
 mod diagram;
 mod frames;
 mod image_space_radiosity;
+mod instant_radiosity;
 #[cfg(test)]
 mod limits;
 mod model;

@@ -45,7 +45,11 @@ pub(super) trait Adapter: 'static {
     fn notes(profile: &SceneProfile) -> Notes;
     /// What settings model of the light's way: the reference that the image approaches as its sampling gets finer.
     fn transport(_options: &Options<Self>) -> Transport {
-        Transport { bounces: 1, occluded: false }
+        Transport { bounces: 1, occluded: false, emitters: false }
+    }
+    /// Frames after which the image of something still no longer improves: 1 where nothing is kept from frame to frame.
+    fn settles(_options: &Options<Self>) -> usize {
+        1
     }
 }
 
@@ -77,6 +81,8 @@ pub(crate) trait Technique {
     fn notes(&self, profile: &SceneProfile) -> Notes;
     /// See [`Adapter::transport`].
     fn transport(&self, values: &Values) -> Transport;
+    /// See [`Adapter::settles`].
+    fn settles(&self, values: &Values) -> usize;
     /// Every pass, on the GPU and on the CPU, for comparison; the stage has a GPU.
     fn twins(&self, stage: &Stage<'_>) -> Outcome<Vec<Twin>>;
     /// Passes and buffers of the defaults as a mermaid graph; the stage has a GPU.
@@ -105,14 +111,24 @@ pub(crate) trait Technique {
 /// What is modelled of the light's way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub(crate) struct Transport {
-    /// Indirect bounces, at least 1.
+    /// Indirect bounces, at least 1; [`Self::ALL`] for all of them.
     pub(crate) bounces: u32,
     /// Whether something may stand in the way of the first bounce; later ones are always blocked.
     pub(crate) occluded: bool,
+    /// Whether emissive surfaces light what is indirect.
+    pub(crate) emitters: bool,
+}
+
+impl Transport {
+    /// However many bounces there are.
+    pub(crate) const ALL: u32 = u32::MAX;
 }
 
 impl std::fmt::Display for Transport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.bounces == Self::ALL {
+            return write!(f, "all bounces{}", if self.occluded { "" } else { ", the first unoccluded" });
+        }
         let s = if self.bounces == 1 { "" } else { "s" };
         write!(f, "{} bounce{s}{}", self.bounces, if self.occluded { "" } else { ", the first unoccluded" })
     }

@@ -4,17 +4,9 @@ use indirect_core::SceneProfile;
 
 use super::model::Notes;
 
-/// Which lights and materials of a scene reach the maps.
+/// Which lights and materials of a scene reach the maps, for a technique that starts from them alone.
 pub(super) fn of_lights(profile: &SceneProfile) -> Notes {
-    let mut notes = Notes::default();
-    let maps = [
-        (profile.directional_lights, "directional", "one orthographic map each"),
-        (profile.spot_lights, "spot", "one perspective map each, five beyond 60°"),
-        (profile.point_lights, "point", "six cube faces each"),
-    ];
-    for (count, kind, how) in maps.into_iter().filter(|(count, ..)| *count > 0) {
-        notes.modelled.push(format!("first bounce of {count} {kind} light{}: {how}", plural(count)));
-    }
+    let mut notes = of_maps(profile);
     if profile.punctual_lights() == 0 {
         notes.skipped.push(
             "EVERYTHING: there is no punctual light, and emissive surfaces have no shadow map: the indirect light \
@@ -28,6 +20,38 @@ pub(super) fn of_lights(profile: &SceneProfile) -> Notes {
             plural(profile.emissive_triangles)
         ));
     }
+    of_materials(profile, &mut notes);
+    notes
+}
+
+/// The same for a technique that lights the scene from emissive triangles too.
+pub(super) fn of_lights_and_emitters(profile: &SceneProfile) -> Notes {
+    let mut notes = of_maps(profile);
+    if profile.emissive_triangles > 0 {
+        notes.modelled.push(format!(
+            "light of {} emissive triangle{}, from points drawn on them",
+            profile.emissive_triangles,
+            plural(profile.emissive_triangles)
+        ));
+    }
+    of_materials(profile, &mut notes);
+    notes
+}
+
+fn of_maps(profile: &SceneProfile) -> Notes {
+    let mut notes = Notes::default();
+    let maps = [
+        (profile.directional_lights, "directional", "one orthographic map each"),
+        (profile.spot_lights, "spot", "one perspective map each, five beyond 60°"),
+        (profile.point_lights, "point", "six cube faces each"),
+    ];
+    for (count, kind, how) in maps.into_iter().filter(|(count, ..)| *count > 0) {
+        notes.modelled.push(format!("first bounce of {count} {kind} light{}: {how}", plural(count)));
+    }
+    notes
+}
+
+fn of_materials(profile: &SceneProfile, notes: &mut Notes) {
     if profile.textured {
         notes.modelled.push("textured albedo, at camera and at light texels".into());
     }
@@ -41,7 +65,6 @@ pub(super) fn of_lights(profile: &SceneProfile) -> Notes {
             plural(profile.glossy_triangles)
         ));
     }
-    notes
 }
 
 fn plural(count: usize) -> &'static str {

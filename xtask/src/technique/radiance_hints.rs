@@ -101,6 +101,10 @@ impl Adapter for Hints {
     }
 
     fn transport(options: &Options) -> Transport {
-        Transport { bounces: options.bounces, occluded: options.visibility != Visibility::Off }
+        Transport {
+            bounces: options.bounces,
+            occluded: options.visibility != Visibility::Off,
+            emitters: false,
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 
 use super::adapted::Adapted;
 use super::image_space_radiosity::Radiosity;
+use super::instant_radiosity::Instant;
 use super::model::{Backend, Technique};
 use super::radiance_hints::Hints;
 use super::reference;
@@ -16,6 +17,7 @@ pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
         Box::new(Adapted::<Gather>(PhantomData)),
         Box::new(Adapted::<Hints>(PhantomData)),
         Box::new(Adapted::<Radiosity>(PhantomData)),
+        Box::new(Adapted::<Instant>(PhantomData)),
     ]
 }
 

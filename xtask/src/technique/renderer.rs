@@ -62,6 +62,7 @@ impl<T: Fit> Renderer for Cpu<T> {
         let start = Instant::now();
         let camera = cast::gbuffer(&stage.accel, &stage.view, stage.size);
         self.passes = vec![PassTime { name: "camera", ms: milliseconds(start) }];
+        T::refit(&mut self.setup, &stage.accel);
         let frame = Frame::new(&stage.accel, &stage.view, &camera, &self.setup);
         self.passes.extend(run::<T>(&frame, &mut self.output));
         let ms = milliseconds(start);
@@ -103,6 +104,7 @@ impl<T: Fit + GpuTechnique> Gpu<T> {
     }
 
     fn prepare(&mut self, stage: &Stage<'_>) -> Outcome {
+        T::refit(&mut self.setup, &stage.accel);
         let views = rsm::views::views(stage.scene);
         let inputs = Inputs { lights: &stage.scene.lights, views: &views, camera: &stage.view };
         self.camera.prepare(&self.context.queue, &stage.view);

@@ -1,4 +1,5 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Vec2;
 use indirect_gpu::shaders::RSM_VPLS;
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Pass, Pipelines, Plan, buffers, named, uniform_buffer};
@@ -102,8 +103,14 @@ impl VplSlots {
 
     /// Sets the seed of the sequence.
     pub fn prepare(&self, queue: &Queue, seed: u32) {
-        let points: Vec<[f32; 2]> = self.selection.points(seed).iter().map(|p| p.to_array()).collect();
-        queue.write_buffer(&self.buffers.points, 0, bytemuck::cast_slice(&points));
+        self.write_points(queue, &self.selection.points(seed));
+    }
+
+    /// Sets the points in `[0, 1)²` that [`Selection::Importance`] warps, one per slot, for callers with a sequence of their own; those
+    /// beyond [`Self::count`] are left out.
+    pub fn write_points(&self, queue: &Queue, points: &[Vec2]) {
+        let points = &points[..points.len().min(self.count as usize)];
+        queue.write_buffer(&self.buffers.points, 0, bytemuck::cast_slice(points));
     }
 
     /// Adds `vpls`: slots from texels and pyramids.

@@ -1,0 +1,265 @@
+//! The figures of the README: error against the path tracer, cost, temporal behaviour; on the CPU.
+//!
+//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time|frames|memory]…
+//!
+//! Without a word all of them. Errors are relative RMS errors of the luminance over what the camera sees.
+
+#![allow(clippy::print_stdout, reason = "an example's output")]
+
+use std::error::Error;
+use std::time::Instant;
+
+use glam::Vec3;
+use indirect_accel::{Accel, BuildPreset, cast};
+use indirect_core::settings::Settings as _;
+use indirect_core::{GBuffer, Image, Scene, View, math::luminance};
+use indirect_metrics::{Reference, compare};
+use indirect_scene::fixtures;
+use indirect_technique::cpu::{Fit, run};
+use instant_radiosity::{InstantRadiosity, Options, Output, Params, Setup, cpu::Frame};
+use reference_pathtracer::{Bounces, Components, Samples, Settings, render};
+
+type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+/// A scene, its camera, and what it sees.
+struct Stage<'a> {
+    accel: Accel<'a>,
+    view: View,
+    camera: GBuffer,
+    seen: Vec<bool>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(scene: &'a Scene, size: [u32; 2]) -> Self {
+        let accel = Accel::build(scene, BuildPreset::Best);
+        let view = scene.cameras[0].view(size);
+        let camera = cast::gbuffer(&accel, &view, size);
+        let seen = (0..camera.len()).map(|i| camera.is_surface(i)).collect();
+        Self { accel, view, camera, seen }
+    }
+
+    fn truth(&self, bounces: Bounces, samples: u32) -> Outcome<Image> {
+        let settings = Settings {
+            components: Components::Indirect,
+            bounces,
+            samples: Samples::count(samples),
+            seed: 9,
+            ..Settings::default()
+        };
+        Ok(render(&self.accel, &self.view, self.camera.size, &settings)?.indirect)
+    }
+
+    fn setup(&self, pairs: &str) -> Outcome<Setup> {
+        let (mut options, mut params) = (Options::default(), Params::default());
+        for (key, value) in pairs.split_whitespace().filter_map(|p| p.split_once('=')) {
+            if Options::key(key).is_some() { options.set(key, value) } else { params.set(key, value) }?;
+        }
+        Ok(InstantRadiosity::fit(&self.accel, options, params)?)
+    }
+
+    /// The output after so many frames and the median time of one, ms.
+    fn frames(&self, setup: &Setup, count: u32) -> (Output, f64) {
+        let frame = Frame::new(&self.accel, &self.view, &self.camera, setup);
+        let mut output = Output::default();
+        let mut times: Vec<f64> = (0..count)
+            .map(|_| {
+                let start = Instant::now();
+                run::<InstantRadiosity>(&frame, &mut output);
+                start.elapsed().as_secs_f64() * 1e3
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        (output, times[times.len() / 2])
+    }
+
+    /// `rel_rmse` and `bias`, %, and FLIP.
+    fn judge(&self, image: &Image, truth: &Image) -> Outcome<[f64; 3]> {
+        let found = compare(image, &Reference::exact(truth, &self.seen))?;
+        Ok([found.luminance.rel_rmse * 100.0, found.luminance.bias * 100.0, found.flip])
+    }
+
+    /// Whether a pixel lies within two texels of another surface that touches it: a corner.
+    fn corners(&self) -> Vec<bool> {
+        let [width, height] = self.camera.size;
+        let meets = |i: u32| {
+            let (x, y) = (i % width, i / width);
+            let (p, n) = (self.camera.position[i as usize], self.camera.normal[i as usize]);
+            let near = |qx: u32, qy: u32| {
+                let q = (qy * width + qx) as usize;
+                let step = self.camera.depth[i as usize] * 0.03;
+                self.camera.is_surface(q)
+                    && self.camera.normal[q].dot(n) < 0.7
+                    && self.camera.position[q].distance(p) < step
+            };
+            let range = |c: u32, n: u32| c.saturating_sub(2)..(c + 3).min(n);
+            range(y, height).any(|qy| range(x, width).any(|qx| near(qx, qy)))
+        };
+        (0..width * height).map(|i| self.seen[i as usize] && meets(i)).collect()
+    }
+}
+
+fn mean(images: &[Image]) -> Image {
+    let mut sum = Image::new(images[0].size);
+    for image in images {
+        sum.pixels.iter_mut().zip(&image.pixels).for_each(|(s, p)| *s += *p / images.len() as f32);
+    }
+    sum
+}
+
+/// Error against the truth by settings, one frame and 32.
+fn error(stage: &Stage<'_>) -> Outcome {
+    println!("error against all indirect light: settings, rel_rmse % / bias % / FLIP after 1 and 32 frames, ms a frame");
+    let truth = stage.truth(Bounces::Infinite, 1024)?;
+    for pairs in [
+        "",
+        "vpls=64",
+        "vpls=1024",
+        "shadow-rays=2",
+        "shadow-rays=0",
+        "interleave=2",
+        "interleave=8 vpls=1024",
+        "compensate=off",
+        "tail=off",
+        "bounces=8",
+        "bounces=2",
+        "sequence=halton",
+        "visibility=off",
+        "visibility=maps",
+        "visibility=maps bounce=points",
+        "bounce=points",
+        "bounce=brightest",
+    ] {
+        let setup = stage.setup(pairs)?;
+        let (first, _) = stage.frames(&setup, 1);
+        let (last, ms) = stage.frames(&setup, 32);
+        let [a, b] = [stage.judge(&first.image, &truth)?, stage.judge(&last.image, &truth)?];
+        println!(
+            "  {:<28} {:>5.1} {:>+5.1} {:.3}   {:>5.1} {:>+5.1} {:.3}   {ms:>6.1}",
+            if pairs.is_empty() { "defaults" } else { pairs },
+            a[0], a[1], a[2], b[0], b[1], b[2]
+        );
+    }
+    Ok(())
+}
+
+/// The limit of many lights with exact visibility, against the reference of equal bounces.
+fn limit(stage: &Stage<'_>) -> Outcome {
+    println!("towards many lights, two bounces, every pixel asks all, against the matched reference: lights, rel_rmse %, bias %, corner bias %");
+    let truth = stage.truth(Bounces::Count(2), 4096)?;
+    let corners = stage.corners();
+    let mean_at = |image: &Image, mask: &[bool]| -> f64 {
+        image.pixels.iter().zip(mask).filter(|(_, m)| **m).map(|(p, _)| f64::from(luminance(*p))).sum()
+    };
+    let mut points = Vec::new();
+    for vpls in [64, 256, 1024, 4096] {
+        let setup = stage.setup(&format!(
+            "vpls={vpls} interleave=1 shadow-rays=4 bounces=2 tail=off history=off resolution=1024"
+        ))?;
+        let images: Vec<Image> = (0..4)
+            .map(|seed| {
+                let mut setup = setup.clone();
+                setup.params.seed = seed;
+                stage.frames(&setup, 1).0.image
+            })
+            .collect();
+        let errors = images.iter().map(|i| stage.judge(i, &truth)).collect::<Outcome<Vec<_>>>()?;
+        let rms = (errors.iter().map(|e| e[0] * e[0]).sum::<f64>() / errors.len() as f64).sqrt();
+        let all = mean(&images);
+        let corner = (mean_at(&all, &corners) / mean_at(&truth, &corners) - 1.0) * 100.0;
+        println!("  {vpls:>5} {rms:>6.2} {:>+6.2} {corner:>+6.2}", stage.judge(&all, &truth)?[1]);
+        points.push((f64::from(vpls).ln(), rms.ln()));
+    }
+    let n = points.len() as f64;
+    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+        / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+    println!("  exponent {slope:.2}");
+    Ok(())
+}
+
+/// Tables 5.1 and 5.2: time by lights and by texels of their maps, with and without the past.
+fn cost(stage: &Stage<'_>) -> Outcome {
+    println!("table 5.1: lights of one bounce, ms without and with the past, gather alone");
+    for vpls in [64, 256, 1024] {
+        let time = |history: &str| -> Outcome<f64> {
+            Ok(stage.frames(&stage.setup(&format!("vpls={vpls} bounces=1 visibility=maps compensate=off {history}"))?, 9).1)
+        };
+        let (off, on) = (time("history=off")?, time("history=on")?);
+        println!("  {vpls:>5} {off:>7.1} {on:>7.1}   × {:.2}", on / off);
+    }
+    println!("table 5.2: texels along each side of a light's map, 256 lights");
+    for tile in [16, 32, 64, 128] {
+        let pairs = format!("bounces=1 visibility=maps compensate=off tile={tile}");
+        println!("  {tile:>5} {:>7.1}", stage.frames(&stage.setup(&pairs)?, 9).1);
+    }
+    println!("interleaving, 1024 lights of one bounce, ms of gather and merge, against interleave=1");
+    let mut whole = 0.0;
+    for n in [1, 2, 4, 8] {
+        let setup = stage.setup(&format!("vpls=1024 bounces=1 interleave={n} shadow-rays=0 history=off"))?;
+        let frame = Frame::new(&stage.accel, &stage.view, &stage.camera, &setup);
+        let mut times: Vec<f64> = (0..3)
+            .map(|_| {
+                let passes = run::<InstantRadiosity>(&frame, &mut Output::default());
+                passes.iter().filter(|p| ["gather", "merge"].contains(&p.name)).map(|p| p.ms).sum()
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        if n == 1 {
+            whole = times[1];
+        }
+        println!("  {n} {:>8.1}   × {:.1}", times[1], whole / times[1]);
+    }
+    Ok(())
+}
+
+/// Behaviour over time: what history gains, and how it follows.
+fn time(stage: &Stage<'_>) -> Outcome {
+    println!("history: base confidence, rel_rmse % of 256 lights after 32 frames, frames to 90 % of a step ×2, % left 3 frames after the light went off");
+    let truth = stage.truth(Bounces::Infinite, 1024)?;
+    let sum = |i: &Image| i.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>();
+    for confidence in [0.5, 0.8, 0.9, 0.95] {
+        let setup = stage.setup(&format!("confidence={confidence}"))?;
+        let (still, _) = stage.frames(&setup, 32);
+        let error = stage.judge(&still.image, &truth)?[0];
+        // The same frames with another power of all lights.
+        let after = |factor: f32, frames: u32| -> Vec<f64> {
+            let mut scene = stage.accel.scene().clone();
+            scene.lights.iter_mut().for_each(|l| l.power *= factor);
+            let accel = Accel::build(&scene, BuildPreset::Best);
+            let frame = Frame::new(&accel, &stage.view, &stage.camera, &setup);
+            let mut output = still.clone();
+            (0..frames)
+                .map(|_| {
+                    run::<InstantRadiosity>(&frame, &mut output);
+                    sum(&output.image)
+                })
+                .collect()
+        };
+        let start = sum(&still.image);
+        let steps = after(2.0, 40);
+        let lag = steps.iter().position(|s| *s >= 1.9 * start).map_or("> 40".into(), |k| (k + 1).to_string());
+        let left = after(0.0, 3)[2] / start * 100.0;
+        println!("  {confidence:<5} {error:>6.1} {lag:>6} {left:>6.1}");
+    }
+    for vpls in [256, 1024, 4096] {
+        let (one, _) = stage.frames(&stage.setup(&format!("vpls={vpls} history=off"))?, 1);
+        println!("  {vpls} lights without history: {:.1} %", stage.judge(&one.image, &truth)?[0]);
+    }
+    Ok(())
+}
+
+fn main() -> Outcome {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let wants = |word: &str| words.is_empty() || words.iter().any(|w| w == word);
+    let scene = fixtures::build("cornell_spot").ok_or("no such fixture")?;
+    let stage = Stage::new(&scene, [192, 192]);
+    let parts: [(&str, fn(&Stage<'_>) -> Outcome); 4] =
+        [("error", error), ("limit", limit), ("cost", cost), ("time", time)];
+    for (word, part) in parts {
+        if wants(word) {
+            part(&stage)?;
+        }
+    }
+    let _ = Vec3::ZERO;
+    Ok(())
+}

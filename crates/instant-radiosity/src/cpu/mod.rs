@@ -1,0 +1,56 @@
+//! Frames on the CPU.
+
+mod bounce;
+mod compensate;
+mod emit;
+mod gather;
+mod merge;
+mod movement;
+mod shadow;
+mod summary;
+
+pub use bounce::bounce_rays;
+pub use compensate::{Paths, compensate};
+pub use emit::emit;
+pub use gather::{Lights, Parts, gather};
+pub use merge::{DEPTH_TOLERANCE, History, merge};
+pub use movement::movement;
+pub use shadow::{Open, Rays, Shadow};
+pub use summary::{MOST_KEPT, summary};
+
+use indirect_accel::Accel;
+use indirect_core::settings::Settings;
+use indirect_technique::cpu::{Fit, run};
+
+pub use indirect_technique::Frame;
+
+use rsm::Error;
+
+use crate::output::Output;
+use crate::passes::InstantRadiosity;
+use crate::settings::{Options, Params};
+use crate::setup::{Fitted, Setup};
+
+impl Fit for InstantRadiosity {
+    fn fit(accel: &Accel<'_>, options: Options, params: Params) -> Result<Setup, Error> {
+        options.validate()?;
+        params.validate()?;
+        Ok(Setup { options, params, fitted: Fitted::new(accel, &options) })
+    }
+
+    fn refit(setup: &mut Setup, accel: &Accel<'_>) {
+        setup.fitted.refit(accel, &setup.options);
+    }
+}
+
+/// The indirect light of a frame without a past.
+///
+/// # Errors
+/// [`Error::BadOption`] where a setting is out of range.
+pub fn indirect(frame: &Frame<'_, Setup>) -> Result<Output, Error> {
+    frame.setup.options.validate()?;
+    frame.setup.params.validate()?;
+    let mut output = Output::default();
+    run::<InstantRadiosity>(frame, &mut output);
+    Ok(output)
+}

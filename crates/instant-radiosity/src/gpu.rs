@@ -1,0 +1,372 @@
+//! Frames on wgpu. The caller owns device, queue and encoder; nothing here submits or blocks.
+//!
+//! No optional feature is used. Rays treat surfaces with an alpha mask as solid: the scene's textures do not fit beside the rest into the
+//! eight storage buffers that every device binds.
+
+use glam::{Vec2, Vec4};
+use indirect_accel::gpu::AccelBuffers;
+use indirect_core::settings::Settings;
+use indirect_core::{Light, LightKind};
+use indirect_gpu::shaders::{
+    INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT,
+    INSTANT_RADIOSITY_GATHER, INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE, INSTANT_RADIOSITY_MOVEMENT,
+    INSTANT_RADIOSITY_SUMMARY,
+};
+use indirect_gpu::wgpu::{Buffer, Device, Queue};
+use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
+use rsm::gpu::{Maps, VplSlots};
+use rsm::{Error, Selection, Vpl};
+
+pub use indirect_technique::gpu::{GpuTechnique, Inputs};
+
+use crate::cpu::Parts;
+use crate::layout::{BounceRange, Emitter, FrameSettings, LightRange, PunctualLight, Summary, TriangleSurface};
+use crate::output::Output;
+use crate::passes::InstantRadiosity;
+use crate::sequence::{Use, points};
+use crate::settings::{Options, Visibility};
+use crate::setup::Setup;
+
+/// Buffers and passes of the technique.
+pub type Resources = indirect_technique::gpu::Resources<InstantRadiosity>;
+
+type Build<'a> = indirect_technique::gpu::Build<'a, InstantRadiosity>;
+
+/// What the lengths of buffers follow from.
+#[derive(Debug, Clone)]
+pub struct Sizes {
+    pub(crate) size: [u32; 2],
+    pub(crate) pixels: u64,
+    maps: usize,
+    setup: Setup,
+}
+
+impl Sizes {
+    fn selection(&self) -> Selection {
+        Selection::Importance { count: self.setup.from_maps() }
+    }
+
+    /// Points of all runs of `bounce`.
+    fn bounce_points(&self) -> u64 {
+        (0..self.setup.runs()).map(|k| u64::from(self.setup.run(k).count)).sum()
+    }
+
+    /// Pixels, or none where movement is not followed.
+    fn followed(&self) -> u64 {
+        if self.setup.follows_motion() { self.pixels } else { 0 }
+    }
+
+    fn followed_vertices(&self) -> u64 {
+        if self.setup.follows_motion() { self.setup.fitted.now.len() as u64 } else { 0 }
+    }
+}
+
+buffers! {
+    /// Buffers beside those of the maps.
+    pub struct OwnBuffers for Sizes {
+        /// Emissive triangles.
+        emitters: [Emitter] = |s| s.setup.fitted.emitters.len() as u64;
+        /// Points that choose places on them.
+        emitter_points: [Vec2] = |s| s.setup.fitted.from_emitters.into();
+        /// Points that choose the directions of all runs of `bounce`.
+        bounce_points: [Vec2] = Sizes::bounce_points;
+        /// All virtual lights, bounce by bounce, those on emitters behind them.
+        vpls: [Vpl] = |s| s.setup.slots().into();
+        /// What they have in common.
+        summary: [Summary] + UNIFORM = |_| 1;
+        /// Triangles as light leaves them.
+        surfaces: [TriangleSurface] = |s| s.setup.fitted.surfaces.len() as u64;
+        /// Punctual lights, for the ends of paths.
+        punctual_lights: [PunctualLight] = |s| s.maps as u64;
+        /// Vertices of the triangles, where movement is followed.
+        mesh_triangles: [[u32; 4]] = |s| if s.setup.follows_motion() { s.setup.fitted.triangles.len() as u64 } else { 0 };
+        /// Their positions, and those of the frame before.
+        vertices_now: [Vec3Pad] = Sizes::followed_vertices;
+        vertices_before: [Vec3Pad] = Sizes::followed_vertices;
+        /// Where the pixels' surfaces were in the frame before.
+        before: [Vec4] = Sizes::followed;
+        /// Irradiance of each pixel's part of the lights until it is merged; then indirect radiance that leaves each, W/(sr·m²).
+        image: [Vec3Pad] = |s| s.pixels;
+        /// Irradiance per pixel, W/m², and view depth.
+        irradiance: [Vec4] = |s| s.pixels;
+        /// Normals, and the frames that the irradiance is the mean of.
+        merged_normals: [Vec4] = |s| s.pixels;
+        /// Both, of the frame before.
+        past_irradiance: [Vec4] = |s| if s.setup.options.has_history() { s.pixels } else { 0 };
+        past_normals: [Vec4] = |s| if s.setup.options.has_history() { s.pixels } else { 0 };
+        /// The camera of the present frame.
+        present_view: [ViewUniform] = |_| 1;
+        /// The camera of the frame before.
+        previous_view: ViewUniform;
+        /// The frame's settings.
+        settings: FrameSettings;
+    }
+}
+
+/// All buffers.
+#[derive(Debug)]
+pub struct Buffers {
+    /// The maps.
+    pub rsm: Maps,
+    /// What the technique adds.
+    pub own: OwnBuffers,
+    /// Virtual lights as they are drawn from the maps.
+    pub slots: VplSlots,
+    /// The scene for rays.
+    pub accel: AccelBuffers,
+    /// One per run of `bounce`.
+    runs: Vec<Buffer>,
+    /// One per range of lights.
+    ranges: Vec<Buffer>,
+    pub(crate) setup: Setup,
+    size: [u32; 2],
+    lights: u32,
+    /// Number of the next frame.
+    frame: u32,
+}
+
+fn ranges(options: &Options) -> impl Iterator<Item = LightRange> + use<> {
+    let parts =
+        Parts { interleave: options.interleave, per_bounce: options.per_bounce(), bounces: options.bounces };
+    let range = |(number, r): (u32, core::ops::Range<u32>)| LightRange { first: r.start, end: r.end, number, pad0: 0 };
+    (0..).zip(parts.ranges(options.tests() == 0)).map(range)
+}
+
+impl Buffers {
+    /// Writes what a frame of this number is given.
+    fn write_frame(&self, queue: &Queue, frame: u32) {
+        let Setup { options, params, fitted } = &self.setup;
+        let frame = if options.has_history() { frame } else { 0 };
+        let settings = FrameSettings {
+            width: self.size[0],
+            height: self.size[1],
+            interleave: options.interleave,
+            per_bounce: options.per_bounce(),
+            bounces: options.bounces,
+            from_emitters: fitted.from_emitters,
+            tests: options.tests(),
+            compensated: options.compensate.is_on().into(),
+            frame,
+            lights: self.lights,
+            unit: fitted.unit,
+            bound: params.bound,
+            tail: self.setup.has_tail().into(),
+            emitted: fitted.emitted,
+            confidence: params.confidence,
+            moved: params.moved,
+            turned: params.turned,
+            changed: params.changed,
+            outliers: params.outliers,
+            depth: params.depth,
+            normal: params.normal,
+            area: fitted.area,
+            moving: fitted.moved().into(),
+            path_tests: options.path_tests(),
+        };
+        queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
+        if self.setup.from_maps() > 0 {
+            self.slots.write_points(queue, &points(&self.setup, Use::Maps, frame, self.setup.from_maps()));
+        }
+        let of_emitters = points(&self.setup, Use::Emitters, frame, fitted.from_emitters);
+        queue.write_buffer(&self.own.emitter_points, 0, bytemuck::cast_slice(&of_emitters));
+        let mut of_bounces = Vec::new();
+        for k in 0..self.setup.runs() {
+            let run = self.setup.run(k);
+            of_bounces.extend(points(&self.setup, Use::Bounce(run.bounce), frame, run.count));
+        }
+        queue.write_buffer(&self.own.bounce_points, 0, bytemuck::cast_slice(&of_bounces));
+    }
+
+    /// Writes what depends on the geometry alone.
+    fn write_geometry(&self, queue: &Queue) {
+        let fitted = &self.setup.fitted;
+        queue.write_buffer(&self.own.emitters, 0, bytemuck::cast_slice(&fitted.emitters));
+        queue.write_buffer(&self.own.surfaces, 0, bytemuck::cast_slice(&fitted.surfaces));
+        if self.setup.follows_motion() {
+            let triangles: Vec<[u32; 4]> = fitted.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]).collect();
+            queue.write_buffer(&self.own.mesh_triangles, 0, bytemuck::cast_slice(&triangles));
+        }
+    }
+
+    fn write_movement(&self, queue: &Queue) {
+        let fitted = &self.setup.fitted;
+        if self.setup.follows_motion() && fitted.moved() {
+            let padded = |v: &[glam::Vec3]| v.iter().map(|p| Vec3Pad::new(*p, 0.0)).collect::<Vec<_>>();
+            queue.write_buffer(&self.own.vertices_now, 0, bytemuck::cast_slice(&padded(&fitted.now)));
+            queue.write_buffer(&self.own.vertices_before, 0, bytemuck::cast_slice(&padded(&fitted.before)));
+        }
+    }
+}
+
+fn punctual(light: &Light) -> PunctualLight {
+    let l = PunctualLight {
+        power: light.power,
+        cos_outer: -2.0,
+        spot_scale: 1.0,
+        inverse_range: light.range.map_or(0.0, |r| 1.0 / r),
+        ..PunctualLight::default()
+    };
+    match light.kind {
+        LightKind::Directional { direction } => PunctualLight { place: direction, directional: 1, ..l },
+        LightKind::Point { position } => PunctualLight { place: position, ..l },
+        LightKind::Spot { position, direction, inner_angle, outer_angle } => PunctualLight {
+            place: position,
+            axis: direction,
+            cos_outer: outer_angle.cos(),
+            spot_scale: 1.0 / (inner_angle.cos() - outer_angle.cos()).max(0.001),
+            ..l
+        },
+    }
+}
+
+impl GpuTechnique for InstantRadiosity {
+    fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
+        Sizes { size, pixels: u64::from(size[0]) * u64::from(size[1]), maps, setup: setup.clone() }
+    }
+
+    fn plan(s: &Sizes) -> Plan {
+        let resolution = s.setup.options.resolution;
+        let mut plan = Maps::plan(resolution, s.maps)
+            .and(VplSlots::plan(s.selection(), resolution, s.maps))
+            .and(AccelBuffers::plan(&s.setup.fitted.tree))
+            .and(OwnBuffers::plan(s));
+        (0..s.setup.runs()).for_each(|_| plan.uniform::<BounceRange>("range"));
+        ranges(&s.setup.options).for_each(|_| plan.uniform::<LightRange>("lights_range"));
+        plan
+    }
+
+    fn allocate(device: &Device, queue: &Queue, s: &Sizes, setup: &Setup) -> Result<Buffers, GpuError> {
+        let resolution = setup.options.resolution;
+        let mut first = 0;
+        let run = |k| {
+            let run = setup.run(k);
+            let range = BounceRange {
+                source_first: run.source,
+                target_first: run.target,
+                count: run.count,
+                point_first: first,
+            };
+            first += run.count;
+            uniform_buffer(device, "range", &range)
+        };
+        let buffers = Buffers {
+            rsm: Maps::new(device, resolution, s.maps)?,
+            own: OwnBuffers::new(device, s)?,
+            slots: VplSlots::new(device, s.selection(), resolution, s.maps)?,
+            accel: AccelBuffers::new(device, &setup.fitted.tree)?,
+            runs: (0..setup.runs()).map(run).collect(),
+            ranges: ranges(&setup.options).map(|r| uniform_buffer(device, "lights_range", &r)).collect(),
+            setup: setup.clone(),
+            size: s.size,
+            lights: 0,
+            frame: 0,
+        };
+        buffers.write_geometry(queue);
+        Ok(buffers)
+    }
+
+    fn named(b: &Buffers) -> Vec<Named<'_>> {
+        let mut all = b.own.named();
+        all.extend(b.accel.named());
+        all
+    }
+
+    fn prepare(b: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
+        setup.params.validate()?;
+        b.rsm.prepare(queue, inputs.lights, inputs.views)?;
+        let moved = !std::sync::Arc::ptr_eq(&b.setup.fitted.now, &setup.fitted.now);
+        b.setup = setup.clone();
+        if moved {
+            b.write_geometry(queue);
+            b.accel.write(queue, &setup.fitted.tree);
+        }
+        b.write_movement(queue);
+        let lights: Vec<_> = inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
+        let lights = &lights[..lights.len().min(b.rsm.maps.len())];
+        queue.write_buffer(&b.own.punctual_lights, 0, bytemuck::cast_slice(lights));
+        b.lights = lights.len() as u32;
+        let view = ViewUniform::new(inputs.camera, b.size, 0);
+        queue.write_buffer(&b.own.present_view, 0, bytemuck::bytes_of(&view));
+        b.write_frame(queue, b.frame);
+        b.frame = b.frame.wrapping_add(1);
+        Ok(())
+    }
+
+    fn restore(b: &Buffers, queue: &Queue, past: &Output) {
+        b.write_frame(queue, past.frame);
+        match past.history.as_ref().filter(|_| b.setup.options.has_history()) {
+            Some(h) => {
+                let view = ViewUniform::new(&h.view, h.size, 0);
+                queue.write_buffer(&b.own.previous_view, 0, bytemuck::bytes_of(&view));
+                queue.write_buffer(&b.own.past_irradiance, 0, bytemuck::cast_slice(&h.irradiance));
+                queue.write_buffer(&b.own.past_normals, 0, bytemuck::cast_slice(&h.normals));
+            }
+            None => queue.write_buffer(&b.own.past_normals, 0, &vec![0; b.own.past_normals.size() as usize]),
+        }
+    }
+
+    fn image_buffer(b: &Buffers) -> &Buffer {
+        &b.own.image
+    }
+}
+
+pub(crate) fn vpls(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let count = b.setup.from_maps();
+    if count > 0 && !b.buffers.rsm.maps.is_empty() {
+        b.buffers.slots.draw(b.pipelines, pass, &b.buffers.rsm)?;
+        let bytes = u64::from(count) * size_of::<Vpl>() as u64;
+        pass.copy("vpls", (&b.buffers.slots.buffers.slots, 0), (&b.buffers.own.vpls, 0), bytes);
+    }
+    Ok(())
+}
+
+pub(crate) fn emit(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    b.compute(pass, (&INSTANT_RADIOSITY_EMIT, "emit"), b.setup.fitted.from_emitters.into(), &[])
+}
+
+pub(crate) fn bounce(b: &Build<'_>, pass: &mut Pass, number: u32) -> Result<(), GpuError> {
+    let own = [named("range", &b.buffers.runs[number as usize])];
+    b.compute(pass, (&INSTANT_RADIOSITY_BOUNCE, "bounce_rays"), b.setup.run(number).count.into(), &own)
+}
+
+pub(crate) fn summary(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    b.compute(pass, (&INSTANT_RADIOSITY_SUMMARY, "summarise"), 1, &[])
+}
+
+pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let n = b.setup.options.interleave;
+    let [across, down] = b.sizes.size.map(|side| u64::from(side.div_ceil(n)));
+    let invocations = across * down * u64::from(n * n);
+    let module = match b.setup.options.visibility {
+        Visibility::Rays => &INSTANT_RADIOSITY_GATHER,
+        Visibility::Maps | Visibility::Off => &INSTANT_RADIOSITY_GATHER_OPEN,
+    };
+    b.buffers.ranges.iter().try_for_each(|range| {
+        let own = [named("lights_range", range), named("gathered", &b.buffers.own.image)];
+        b.compute(pass, (module, "gather"), invocations, &own)
+    })
+}
+
+pub(crate) fn compensate(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let module = match b.setup.options.visibility {
+        Visibility::Rays => &INSTANT_RADIOSITY_COMPENSATE,
+        Visibility::Maps | Visibility::Off => &INSTANT_RADIOSITY_COMPENSATE_OPEN,
+    };
+    b.compute(pass, (module, "compensate"), b.sizes.pixels, &[named("gathered", &b.buffers.own.image)])
+}
+
+pub(crate) fn movement(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    b.compute(pass, (&INSTANT_RADIOSITY_MOVEMENT, "movement"), b.sizes.pixels, &[])
+}
+
+pub(crate) fn merge(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let own = &b.buffers.own;
+    b.compute(pass, (&INSTANT_RADIOSITY_MERGE, "merge"), b.sizes.pixels, &[named("gathered", &own.image)])?;
+    if b.setup.options.has_history() {
+        pass.copy("past_irradiance", (&own.irradiance, 0), (&own.past_irradiance, 0), own.past_irradiance.size());
+        pass.copy("past_normals", (&own.merged_normals, 0), (&own.past_normals, 0), own.past_normals.size());
+        let bytes = own.previous_view.size();
+        pass.copy("previous_view", (&own.present_view, 0), (&own.previous_view, 0), bytes);
+    }
+    Ok(())
+}

@@ -1,0 +1,270 @@
+use indirect_core::Image;
+#[cfg(feature = "cpu")]
+use indirect_filter::cpu::shade;
+use indirect_technique::{Row, Technique, passes};
+use rsm::Error;
+#[cfg(feature = "cpu")]
+use rsm::{Selection, Vpl};
+
+#[cfg(feature = "cpu")]
+use crate::cpu;
+#[cfg(feature = "gpu")]
+use crate::gpu;
+use crate::output::Output;
+#[cfg(feature = "cpu")]
+use crate::sequence::{Use, points};
+use crate::settings::{Options, Params, Switch, Visibility};
+use crate::setup::Setup;
+
+/// The technique.
+#[derive(Debug, Clone, Copy)]
+pub struct InstantRadiosity;
+
+impl Setup {
+    /// Virtual lights of a bounce that start in the lights' maps.
+    pub(crate) fn from_maps(&self) -> u32 {
+        self.options.per_bounce() - self.fitted.from_emitters
+    }
+
+    /// All slots of virtual lights, those on emitters behind the others.
+    pub(crate) fn slots(&self) -> u32 {
+        self.options.slots() + self.fitted.from_emitters
+    }
+
+    /// Runs of `bounce`: from emitters, where there are any, and from each bounce to the next.
+    pub(crate) fn runs(&self) -> u32 {
+        u32::from(self.fitted.from_emitters > 0) + self.options.bounces - 1
+    }
+
+    /// Of a run of `bounce`: the first source, how many, the first target, and the number of its sequence.
+    pub(crate) fn run(&self, number: u32) -> BounceRun {
+        let (n, emitters) = (self.options.per_bounce(), self.fitted.from_emitters);
+        match number.checked_sub(u32::from(emitters > 0)) {
+            None => BounceRun { source: self.options.slots(), count: emitters, target: n - emitters, bounce: 0 },
+            Some(k) => BounceRun { source: k * n, count: n, target: (k + 1) * n, bounce: k + 1 },
+        }
+    }
+}
+
+/// Which virtual lights send rays, and where those that the rays find go.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BounceRun {
+    pub(crate) source: u32,
+    pub(crate) count: u32,
+    pub(crate) target: u32,
+    pub(crate) bounce: u32,
+}
+
+#[cfg(feature = "cpu")]
+fn lights<'a, S: cpu::Shadow>(o: &'a Output, setup: &Setup, shadow: &'a S) -> cpu::Lights<'a, S> {
+    let Options { interleave, bounces, compensate, .. } = setup.options;
+    let parts = cpu::Parts { interleave, per_bounce: setup.options.per_bounce(), bounces };
+    cpu::Lights { vpls: &o.vpls, parts, summary: o.summary, compensated: compensate.is_on(), shadow }
+}
+
+/// What a frame without a past is called, so that every frame of a still scene is the same where nothing is kept.
+#[cfg(feature = "cpu")]
+fn frame_number(setup: &Setup, output: &Output) -> u32 {
+    if setup.options.has_history() { output.frame } else { 0 }
+}
+
+#[cfg(feature = "cpu")]
+fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec3> {
+    let (tests, frame) = (f.setup.options.tests(), frame_number(f.setup, o));
+    match f.setup.options.visibility {
+        Visibility::Rays => {
+            cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, frame)
+        }
+        Visibility::Maps | Visibility::Off => cpu::gather(&lights(o, f.setup, &cpu::Open), f.camera, tests, frame),
+    }
+}
+
+#[cfg(feature = "cpu")]
+fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
+    let Setup { options, fitted, .. } = f.setup;
+    let frame = frame_number(f.setup, o);
+    let paths = cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), frame };
+    let mut gathered = core::mem::take(&mut o.gathered);
+    match options.visibility {
+        Visibility::Rays => {
+            cpu::compensate(&mut gathered, &paths, &lights(o, f.setup, &cpu::Rays(f.accel)), f.camera);
+        }
+        Visibility::Maps | Visibility::Off => {
+            cpu::compensate(&mut gathered, &paths, &lights(o, f.setup, &cpu::Open), f.camera);
+        }
+    }
+    o.gathered = gathered;
+}
+
+impl Technique for InstantRadiosity {
+    const NAME: &'static str = "instant-radiosity";
+    type Options = Options;
+    type Params = Params;
+    type Setup = Setup;
+    type Output = Output;
+    #[cfg(feature = "gpu")]
+    type Sizes = gpu::Sizes;
+    #[cfg(not(feature = "gpu"))]
+    type Sizes = ();
+    #[cfg(feature = "gpu")]
+    type Buffers = gpu::Buffers;
+    #[cfg(not(feature = "gpu"))]
+    type Buffers = ();
+    type Error = Error;
+
+    fn options(setup: &Setup) -> &Options {
+        &setup.options
+    }
+
+    fn rows() -> Vec<Row<Self>> {
+        let mut rows = rsm::map_rows!(Self);
+        rows.extend(passes!(
+            Self,
+            [
+                Row {
+                    name: "vpls",
+                    times: |_| 1,
+                    cpu: |f, o, _| {
+                        let (setup, frame) = (f.setup, frame_number(f.setup, o));
+                        o.vpls.clear();
+                        if setup.from_maps() > 0 {
+                            let selection = Selection::Importance { count: setup.from_maps() };
+                            let points = points(setup, Use::Maps, frame, setup.from_maps());
+                            o.vpls = rsm::cpu::vpls(&o.rsm, selection, &points);
+                        }
+                        o.vpls.resize(setup.slots() as usize, Vpl::default());
+                    },
+                    gpu: |b, pass, _| gpu::vpls(b, pass),
+                    data: |b, o, x, _| x.elements("", &b.own.vpls, 0, &mut o.vpls[..b.setup.from_maps() as usize]),
+                },
+                Row {
+                    name: "emit",
+                    times: |s| (s.fitted.from_emitters > 0).into(),
+                    cpu: |f, o, _| {
+                        let fitted = &f.setup.fitted;
+                        let points = points(f.setup, Use::Emitters, frame_number(f.setup, o), fitted.from_emitters);
+                        let first = f.setup.options.slots() as usize;
+                        o.vpls[first..].copy_from_slice(&cpu::emit(&fitted.emitters, fitted.emitted, &points));
+                    },
+                    gpu: |b, pass, _| gpu::emit(b, pass),
+                    data: |b, o, x, _| {
+                        let first = b.setup.options.slots() as usize;
+                        x.elements("", &b.own.vpls, first, &mut o.vpls[first..]);
+                    },
+                },
+                Row {
+                    name: "bounce",
+                    times: Setup::runs,
+                    cpu: |f, o, number| {
+                        let run = f.setup.run(number);
+                        let usage = Use::Bounce(run.bounce);
+                        let points = points(f.setup, usage, frame_number(f.setup, o), run.count);
+                        let sources = &o.vpls[run.source as usize..][..run.count as usize];
+                        let next = cpu::bounce_rays(f.accel, &f.setup.fitted, sources, &points);
+                        o.vpls[run.target as usize..][..run.count as usize].copy_from_slice(&next);
+                    },
+                    gpu: |b, pass, number| gpu::bounce(b, pass, number),
+                    data: |b, o, x, number| {
+                        let run = b.setup.run(number);
+                        let targets = &mut o.vpls[run.target as usize..][..run.count as usize];
+                        x.elements("", &b.own.vpls, run.target as usize, targets);
+                    },
+                },
+                Row {
+                    name: "summary",
+                    times: |_| 1,
+                    cpu: |f, o, _| {
+                        let (n, all) = (f.setup.options.per_bounce(), f.setup.options.slots() as usize);
+                        o.summary = cpu::summary(&o.vpls[..all], n, f.setup.params.bound, f.setup.has_tail());
+                    },
+                    gpu: |b, pass, _| gpu::summary(b, pass),
+                    data: |b, o, x, _| x.elements("", &b.own.summary, 0, core::slice::from_mut(&mut o.summary)),
+                },
+                Row {
+                    name: "gather",
+                    times: |_| 1,
+                    cpu: |f, o, _| o.gathered = gather(f, o),
+                    gpu: |b, pass, _| gpu::gather(b, pass),
+                    data: |b, o, x, _| x.vectors("irradiance", &b.own.image, 0, &mut o.gathered),
+                },
+                Row {
+                    name: "compensate",
+                    times: |s| s.options.compensate.is_on().into(),
+                    cpu: |f, o, _| compensate(f, o),
+                    gpu: |b, pass, _| gpu::compensate(b, pass),
+                    data: |b, o, x, _| x.vectors("irradiance", &b.own.image, 0, &mut o.gathered),
+                },
+                Row {
+                    name: "movement",
+                    times: |s| s.follows_motion().into(),
+                    cpu: |f, o, _| o.before = cpu::movement(&f.setup.fitted, f.camera),
+                    gpu: |b, pass, _| gpu::movement(b, pass),
+                    data: |b, o, x, _| {
+                        if b.setup.fitted.moved() {
+                            x.vectors("before", &b.own.before, 0, &mut o.before);
+                        }
+                    },
+                },
+                Row {
+                    name: "merge",
+                    times: |_| 1,
+                    cpu: |f, o, _| {
+                        let Setup { options, params, .. } = f.setup;
+                        let past = o.history.take().filter(|_| options.has_history());
+                        let seen = (f.view, f.camera);
+                        let merged =
+                            cpu::merge(&o.gathered, seen, options.interleave, params, past.as_ref(), &o.before);
+                        o.history = Some(merged);
+                        o.frame = o.frame.wrapping_add(1);
+                    },
+                    gpu: |b, pass, _| gpu::merge(b, pass),
+                    data: |b, o, x, _| {
+                        if let Some(h) = &mut o.history {
+                            x.floats("irradiance", &b.own.irradiance, &mut h.irradiance, 4);
+                            x.floats("normals", &b.own.merged_normals, &mut h.normals, 4);
+                        }
+                    },
+                },
+                Row {
+                    name: "shade",
+                    times: |_| 1,
+                    cpu: |f, o, _| {
+                        let irradiance: Vec<_> =
+                            o.history.iter().flat_map(|h| &h.irradiance).map(|e| e.truncate()).collect();
+                        o.image = shade(f.camera, &irradiance);
+                    },
+                    gpu: |b, pass, _| {
+                        b.compute(pass, (&indirect_gpu::shaders::FILTER_SHADE, "shade"), b.sizes.pixels, &[])
+                    },
+                    data: |b, o, x, _| x.image("image", &b.own.image, &mut o.image),
+                },
+            ]
+        ));
+        rows
+    }
+
+    fn image(output: &Output) -> &Image {
+        &output.image
+    }
+
+    fn output_bytes(o: &Output) -> u64 {
+        let vectors = o.gathered.len() + o.before.len() + o.image.pixels.len();
+        #[cfg(feature = "cpu")]
+        let history = o.history.as_ref().map_or(0, |h| 32 * h.irradiance.len());
+        #[cfg(not(feature = "cpu"))]
+        let history = 0;
+        (o.rsm.bytes() + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + history) as u64
+    }
+}
+
+impl Setup {
+    /// Whether the last bounce stands for all that would follow: there is one before it to tell how much it keeps.
+    pub(crate) fn has_tail(&self) -> bool {
+        self.options.tail == Switch::On && self.options.bounces > 1
+    }
+
+    /// Whether the movement of vertices is followed.
+    pub(crate) fn follows_motion(&self) -> bool {
+        self.options.motion.is_on() && self.options.has_history()
+    }
+}

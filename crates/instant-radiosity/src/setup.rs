@@ -1,0 +1,207 @@
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3};
+use indirect_core::{Light, LightKind, Scene, math};
+use indirect_sampling::mapping::triangle_uniform;
+
+use crate::layout::{Emitter, TriangleSurface};
+use crate::settings::{Options, Params};
+
+/// All settings, and what was fitted to the scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Setup {
+    /// Fixed.
+    pub options: Options,
+    /// Per frame.
+    pub params: Params,
+    /// What the scene has.
+    pub fitted: Fitted,
+}
+
+/// What a scene has that the technique needs beside its lights.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Fitted {
+    /// Emissive triangles; empty where nothing emits.
+    pub emitters: Arc<Vec<Emitter>>,
+    /// Luminance of the flux of all emissive triangles, W.
+    pub emitted: f32,
+    /// Virtual lights of each bounce that start at emissive triangles; the rest starts in the lights' maps. A multiple of interleave².
+    pub from_emitters: u32,
+    /// Every triangle as light leaves it. Its albedo is the mean over the triangle, so that virtual lights do not carry the noise of
+    /// a texture (thesis §4.3).
+    pub surfaces: Arc<Vec<TriangleSurface>>,
+    /// Area of all triangles, m².
+    pub area: f32,
+    /// Diagonal of the triangles' bounds, metres.
+    pub unit: f32,
+    /// Vertices of the triangles, where movement is followed.
+    pub triangles: Arc<Vec<[u32; 3]>>,
+    /// Positions of the vertices, metres.
+    pub now: Arc<Vec<Vec3>>,
+    /// The same in the frame before; empty where nothing moved or movement is not followed.
+    pub before: Arc<Vec<Vec3>>,
+    /// The scene for rays on the GPU.
+    #[cfg(all(feature = "cpu", feature = "gpu"))]
+    pub tree: Arc<indirect_accel::FlatTree>,
+}
+
+/// Samples per side of a textured triangle over which emission and albedo are averaged.
+const SAMPLES: u32 = 4;
+
+impl Fitted {
+    /// Looks at the scene once.
+    #[cfg(feature = "cpu")]
+    #[must_use]
+    pub fn new(accel: &indirect_accel::Accel<'_>, options: &Options) -> Self {
+        let fitted = Self::with(accel, options);
+        #[cfg(feature = "gpu")]
+        let fitted = Self { tree: Arc::new(indirect_accel::FlatTree::of(accel)), ..fitted };
+        fitted
+    }
+
+    /// All but what the GPU alone needs.
+    #[cfg(feature = "cpu")]
+    fn with(accel: &indirect_accel::Accel<'_>, options: &Options) -> Self {
+        let (scene, unit) = (accel.scene(), accel.unit());
+        let mesh = &scene.mesh;
+        let area = (0..mesh.triangles.len() as u32).map(|t| f64::from(mesh.area(t))).sum::<f64>() as f32;
+        let (mut emitters, mut emitted) = (Vec::new(), 0.0_f64);
+        for (t, &m) in (0..).zip(&mesh.materials) {
+            let material = &scene.materials[m as usize];
+            if !material.is_emissive() {
+                continue;
+            }
+            let radiance = mean_emission(scene, t);
+            let sides = if material.double_sided { 2.0 } else { 1.0 };
+            let flux = f64::from(math::luminance(radiance)) * f64::from(mesh.area(t)) * sides * core::f64::consts::PI;
+            if flux <= 0.0 || !flux.is_finite() {
+                continue;
+            }
+            emitted += flux;
+            let [a, b, c] = mesh.corners(t);
+            let two_sided = u32::from(material.double_sided);
+            emitters.push(Emitter {
+                corner: a,
+                upto: emitted as f32,
+                edge_u: b - a,
+                two_sided,
+                edge_v: c - a,
+                pad0: 0,
+                radiance,
+                pad1: 0,
+            });
+        }
+        let total = emitted as f32;
+        for e in &mut emitters {
+            e.upto = (f64::from(e.upto) / emitted) as f32;
+        }
+        let from_emitters = Self::share(total, scene, options, unit);
+        let surfaces = (0..mesh.triangles.len() as u32).map(|t| surface(scene, t)).collect();
+        let follows = options.motion.is_on() && options.has_history();
+        Self {
+            emitters: Arc::new(emitters),
+            emitted: total,
+            from_emitters,
+            surfaces: Arc::new(surfaces),
+            area,
+            unit,
+            triangles: Arc::new(if follows { mesh.triangles.clone() } else { Vec::new() }),
+            now: Arc::new(mesh.positions.clone()),
+            before: Arc::default(),
+            #[cfg(feature = "gpu")]
+            tree: Arc::default(),
+        }
+    }
+
+    /// Looks at a scene whose vertices may have moved since the frame before.
+    #[cfg(feature = "cpu")]
+    pub fn refit(&mut self, accel: &indirect_accel::Accel<'_>, options: &Options) {
+        if *self.now == accel.scene().mesh.positions {
+            self.before = Arc::default();
+            return;
+        }
+        let mut fitted = Self::with(accel, options);
+        #[cfg(feature = "gpu")]
+        {
+            // The lengths of buffers are fixed when they are made: the tree keeps its shape, and a scene of another size is refused there.
+            fitted.tree = Arc::clone(&self.tree);
+            if Arc::make_mut(&mut fitted.tree).refit(accel.scene()).is_err() {
+                fitted.tree = Arc::new(indirect_accel::FlatTree::of(accel));
+            }
+        }
+        // So is the number of virtual lights.
+        fitted.from_emitters = if fitted.emitters.is_empty() { 0 } else { self.from_emitters };
+        let before = core::mem::replace(self, fitted).now;
+        if before.len() == self.now.len() && !self.triangles.is_empty() {
+            self.before = before;
+        }
+    }
+
+    /// Whether vertices moved since the frame before.
+    #[must_use]
+    pub fn moved(&self) -> bool {
+        !self.before.is_empty()
+    }
+
+    /// Virtual lights that start at emitters: in proportion to their flux, and at least an eighth for either kind that there is.
+    fn share(emitted: f32, scene: &Scene, options: &Options, unit: f32) -> u32 {
+        let punctual: f32 = scene.lights.iter().map(|l| light_flux(l, unit)).sum();
+        let (parts, all) = (options.parts(), options.per_bounce());
+        if emitted <= 0.0 {
+            return 0;
+        }
+        if punctual <= 0.0 {
+            return all;
+        }
+        let share = (emitted / (emitted + punctual)).clamp(0.125, 0.875);
+        ((share * (all / parts) as f32).round() as u32).clamp(u32::from(all > parts), all / parts - u32::from(all > parts)) * parts
+    }
+}
+
+/// The mean of `at(u, v)` over the solid parts of a triangle.
+fn mean(scene: &Scene, triangle: u32, at: impl Fn(f32, f32) -> Vec3) -> (Vec3, f32) {
+    let n = SAMPLES;
+    let (mut sum, mut solid) = (Vec3::ZERO, 0.0);
+    for i in 0..n * n {
+        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+        let b = triangle_uniform(u);
+        if scene.is_solid(triangle, b.x, b.y) {
+            sum += at(b.x, b.y);
+            solid += 1.0;
+        }
+    }
+    (if solid > 0.0 { sum / solid } else { Vec3::ZERO }, solid / (n * n) as f32)
+}
+
+/// Mean emitted radiance of a triangle, the holes of its alpha test counted as 0.
+fn mean_emission(scene: &Scene, triangle: u32) -> Vec3 {
+    let (radiance, solid) = mean(scene, triangle, |u, v| scene.emission(triangle, u, v));
+    radiance * solid
+}
+
+fn surface(scene: &Scene, triangle: u32) -> TriangleSurface {
+    let mesh = &scene.mesh;
+    let material = &scene.materials[mesh.materials[triangle as usize] as usize];
+    let varies = material.base_color_texture.is_some()
+        || material.metallic_roughness_texture.is_some()
+        || !mesh.colors.is_empty();
+    let albedo = if varies {
+        mean(scene, triangle, |u, v| scene.albedo(triangle, u, v)).0
+    } else {
+        scene.albedo(triangle, 0.25, 0.25)
+    };
+    TriangleSurface { normal: mesh.geometric_normal(triangle), albedo, ..TriangleSurface::default() }
+}
+
+/// Luminance of a light's flux, W; of a directional one, what falls onto a sphere around the scene.
+fn light_flux(light: &Light, unit: f32) -> f32 {
+    use core::f32::consts::PI;
+    let power = math::luminance(light.power);
+    match light.kind {
+        LightKind::Point { .. } => 4.0 * PI * power,
+        LightKind::Spot { inner_angle, outer_angle, .. } => {
+            PI * power * (2.0 - inner_angle.cos() - outer_angle.cos())
+        }
+        LightKind::Directional { .. } => PI * 0.25 * unit * unit * power,
+    }
+}

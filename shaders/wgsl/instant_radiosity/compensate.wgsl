@@ -1,0 +1,103 @@
+// compensate: what bounding virtual lights removes, carried by one path per pixel.
+// Twin: crates/instant-radiosity/src/cpu/compensate.rs.
+// Source: Kollig & Keller 2004, "Illumination in the Presence of Weak Singularities".
+
+@group(0) @binding(0) var<uniform> settings: FrameSettings;
+@group(0) @binding(1) var<uniform> summary: Summary;
+@group(0) @binding(2) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> vpls: array<Vpl>;
+@group(0) @binding(5) var<storage, read> accel_nodes: array<AccelNode>;
+@group(0) @binding(6) var<storage, read> accel_triangles: array<AccelTriangle>;
+@group(0) @binding(7) var<storage, read> surfaces: array<TriangleSurface>;
+@group(0) @binding(8) var<storage, read> punctual_lights: array<PunctualLight>;
+@group(0) @binding(9) var<storage, read_write> gathered: array<vec4<f32>>;
+
+@compute @workgroup_size(64)
+fn compensate(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local_index: u32,
+) {
+    let i = grid_index(workgroup_id, num_workgroups, local_index, 64u);
+    if i >= settings.width * settings.height {
+        return;
+    }
+    let n = normals[i].xyz;
+    if any(n != vec3(0.0)) {
+        gathered[i] += vec4(residual(i, positions[i].xyz, n), 0.0);
+    }
+}
+
+fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    let none = vec3(0.0);
+    let w = hemisphere_cosine(vec2(pixel_number(i, settings.frame, 0x101u), pixel_number(i, settings.frame, 0x102u)));
+    let direction = to_world(w, n);
+    let origin = offset_ray_origin(p, n, settings.unit);
+    let hit = accel_closest_hit(origin, direction, 3.4028235e38);
+    if hit.triangle >= arrayLength(&surfaces) {
+        return none;
+    }
+    let surface = surfaces[hit.triangle];
+    let normal = select(surface.normal, -surface.normal, dot(surface.normal, direction) > 0.0);
+    let kernel = w.z * -dot(normal, direction) * FRAC_1_PI / (hit.t * hit.t);
+    // With the probability of the share that virtual lights do not carry.
+    if pixel_number(i, settings.frame, 0x103u) >= unbounded_share(kernel, summary.area) {
+        return none;
+    }
+    let q = origin + direction * hit.t;
+    let light = punctual_at(q, normal) + emitted_at(part_of_pixel(i), q, normal)
+        + lights_at(part_of_pixel(i), 0u, run_length() * settings.bounces, q, normal,
+            settings.path_tests, pixel_number(i, settings.frame, 0x104u));
+    return surface.albedo * light;
+}
+
+/// Irradiance of the punctual lights, W/m².
+fn punctual_at(q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let origin = offset_ray_origin(q, normal, settings.unit);
+    var sum = vec3(0.0);
+    for (var i = 0u; i < settings.lights; i++) {
+        let l = punctual_lights[i];
+        var direction = -l.place;
+        var t_max = 3.4028235e38;
+        var irradiance = l.power;
+        if l.directional == 0u {
+            let v = l.place - q;
+            let d2 = dot(v, v);
+            let d = sqrt(d2);
+            direction = v * (1.0 / d);
+            t_max = d;
+            let s = d * l.inverse_range;
+            let window = clamp(1.0 - s * s * s * s, 0.0, 1.0);
+            let a = clamp((-dot(l.axis, direction) - l.cos_outer) * l.spot_scale, 0.0, 1.0);
+            irradiance = l.power * (a * a * window / d2);
+        }
+        let cosine = dot(normal, direction);
+        if cosine > 0.0 && any(irradiance > vec3(0.0)) && irradiance.x < 3.4e38 {
+            if !accel_any_hit(origin, direction, t_max) {
+                sum += irradiance * cosine;
+            }
+        }
+    }
+    return sum;
+}
+
+/// Irradiance of a part of the virtual lights on emissive triangles, W/m².
+fn emitted_at(part: u32, q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let parts = settings.interleave * settings.interleave;
+    let run = settings.from_emitters / parts;
+    let first = settings.per_bounce * settings.bounces + part * run;
+    var sum = vec3(0.0);
+    for (var i = first; i < first + run; i++) {
+        let vpl = vpls[i];
+        let factor = unshadowed_factor(vpl, vpl.area, q, normal);
+        if factor > 0.0 {
+            let origin = offset_ray_origin(q, normal, settings.unit);
+            let goal = offset_ray_origin(vpl.position, vpl.normal, settings.unit);
+            if !accel_any_hit(origin, goal - origin, 1.0) {
+                sum += vpl.flux * factor;
+            }
+        }
+    }
+    return sum * f32(parts);
+}

@@ -1,0 +1,111 @@
+// Data of instant radiosity.
+// Twin: crates/instant-radiosity/src/layout.rs.
+
+/// An emissive triangle.
+struct Emitter {
+    corner: vec3<f32>,
+    /// Share of the flux of all emitters up to this one and with it.
+    upto: f32,
+    edge_u: vec3<f32>,
+    two_sided: u32,
+    edge_v: vec3<f32>,
+    pad0: u32,
+    radiance: vec3<f32>,
+    pad1: u32,
+}
+
+/// A triangle of the scene as light leaves it.
+struct TriangleSurface {
+    /// Unit normal of its front.
+    normal: vec3<f32>,
+    pad0: f32,
+    albedo: vec3<f32>,
+    pad1: f32,
+}
+
+/// What all virtual lights have in common.
+struct Summary {
+    /// What the flux of the last bounce is multiplied by, to stand for all that would follow.
+    tail: vec3<f32>,
+    /// Area that bounds the light of each near by, m².
+    area: f32,
+}
+
+/// A punctual light.
+struct PunctualLight {
+    /// Position; of a directional light, its unit direction of travel.
+    place: vec3<f32>,
+    /// 1 for a directional light.
+    directional: u32,
+    axis: vec3<f32>,
+    /// Cosine of a spot's outer angle; −2 for any other light.
+    cos_outer: f32,
+    power: vec3<f32>,
+    spot_scale: f32,
+    inverse_range: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
+}
+
+/// A frame and its settings.
+struct FrameSettings {
+    width: u32,
+    height: u32,
+    interleave: u32,
+    /// Virtual lights of each bounce.
+    per_bounce: u32,
+    bounces: u32,
+    /// Those that start at emitters.
+    from_emitters: u32,
+    /// Shadow tests for each receiver; 0: all.
+    tests: u32,
+    /// 1 where paths carry what the bound removes.
+    compensated: u32,
+    frame: u32,
+    /// Punctual lights.
+    lights: u32,
+    /// Characteristic length of the scene, metres.
+    unit: f32,
+    /// In units of the mean area of a virtual light.
+    bound: f32,
+    /// 1 where the last bounce stands for all that follow.
+    tail: u32,
+    /// Luminance of the flux of all emitters, W.
+    emitted: f32,
+    confidence: f32,
+    moved: f32,
+    turned: f32,
+    changed: f32,
+    outliers: f32,
+    depth: f32,
+    normal: f32,
+    /// Area of all triangles, m².
+    area: f32,
+    /// 1 where something moved: `before` holds where the pixels' surfaces were.
+    moving: u32,
+    /// Shadow tests where a path ends; 0: all.
+    path_tests: u32,
+}
+
+const FRAC_1_PI: f32 = 0.318309886183791;
+
+/// Two unit vectors that complete the unit vector n to a basis (Duff et al. 2017, JCGT 6(1)).
+fn to_world(l: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    let s = select(-1.0, 1.0, n.z >= 0.0);
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    let t = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
+    let u = vec3(b, s + n.y * n.y * a, -n.y);
+    return t * l.x + u * l.y + n * l.z;
+}
+
+/// Twin of indirect_core::math::offset_ray_origin_scaled.
+fn offset_ray_origin(p: vec3<f32>, n: vec3<f32>, unit: f32) -> vec3<f32> {
+    return p + n * (unit * (1.0 / 131072.0) + dot(abs(n), abs(p)) * (1.0 / 1048576.0));
+}
+
+/// A number in [0, 1) that belongs to a pixel, a frame and a use of it.
+fn pixel_number(pixel: u32, frame: u32, salt: u32) -> f32 {
+    return unit_f32(hash_combine(hash_combine(pixel, frame), salt));
+}
