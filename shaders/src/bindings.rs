@@ -9,6 +9,44 @@ const fn at(group: u32, binding: u32, name: &'static str, kind: BindingKind) -> 
 
 #[rustfmt::skip]
 pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
+    EntryPoint { module: "ACCEL_RAYS", name: "cast_closest", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "accel_nodes", Read),
+        at(0, 1, "accel_triangles", Read),
+        at(0, 2, "accel_rays", Read),
+        at(0, 3, "accel_ray_count", Uniform),
+        at(0, 4, "accel_hits", ReadWrite),
+    ] },
+    EntryPoint { module: "ACCEL_RAYS", name: "cast_any", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "accel_nodes", Read),
+        at(0, 1, "accel_triangles", Read),
+        at(0, 2, "accel_rays", Read),
+        at(0, 3, "accel_ray_count", Uniform),
+        at(0, 5, "accel_occluded", ReadWrite),
+    ] },
+    EntryPoint { module: "ACCEL_RAYS_MASKED", name: "cast_closest", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "scene_vertices", Read),
+        at(0, 1, "scene_triangles", Read),
+        at(0, 2, "scene_materials", Read),
+        at(0, 3, "scene_texels", Read),
+        at(0, 4, "scene_info", Uniform),
+        at(1, 0, "accel_nodes", Read),
+        at(1, 1, "accel_triangles", Read),
+        at(1, 2, "accel_rays", Read),
+        at(1, 3, "accel_ray_count", Uniform),
+        at(1, 4, "accel_hits", ReadWrite),
+    ] },
+    EntryPoint { module: "ACCEL_RAYS_MASKED", name: "cast_any", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "scene_vertices", Read),
+        at(0, 1, "scene_triangles", Read),
+        at(0, 2, "scene_materials", Read),
+        at(0, 3, "scene_texels", Read),
+        at(0, 4, "scene_info", Uniform),
+        at(1, 0, "accel_nodes", Read),
+        at(1, 1, "accel_triangles", Read),
+        at(1, 2, "accel_rays", Read),
+        at(1, 3, "accel_ray_count", Uniform),
+        at(1, 5, "accel_occluded", ReadWrite),
+    ] },
     EntryPoint { module: "RSM_FLUX", name: "flux", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "map", Uniform),
         at(0, 1, "triangles", Read),

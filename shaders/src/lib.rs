@@ -105,6 +105,16 @@ modules! {
     MAPPING = ["sampling/mapping.wgsl"] => [];
     /// Index of an invocation in a one-dimensional grid of any size; twin of `indirect_gpu::workgroups_1d`.
     GRID = ["core/grid.wgsl"] => [];
+    /// What rays hit, everything opaque; twin of `indirect_accel::FlatTree`.
+    ACCEL_RAYS = [
+        "core/grid.wgsl", "accel/layout.wgsl", "accel/traverse.wgsl", "accel/opaque.wgsl", "accel/rays.wgsl",
+        "accel/rays_opaque.wgsl",
+    ] => ["cast_closest", "cast_any"];
+    /// What rays hit, alpha masks counted; twin of `indirect_accel::FlatTree`.
+    ACCEL_RAYS_MASKED = [
+        "core/grid.wgsl", "core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl", "accel/layout.wgsl",
+        "accel/traverse.wgsl", "accel/masked.wgsl", "accel/rays.wgsl", "accel/rays_masked.wgsl",
+    ] => ["cast_closest", "cast_any"];
     /// Flux and footprint of every texel of a reflective shadow map; twin of `rsm::cpu::flux`.
     RSM_FLUX = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/flux.wgsl"] => ["flux"];
     /// Mip pyramid of a reflective shadow map; twin of `rsm::cpu::pyramid`.

@@ -67,7 +67,7 @@ pub(crate) fn build(scene: &Scene, preset: BuildPreset) -> Tree {
 }
 
 /// The corners of triangle `i`, if a ray can hit it.
-fn corners(scene: &Scene, i: usize) -> Option<[Vec3; 3]> {
+pub(crate) fn corners(scene: &Scene, i: usize) -> Option<[Vec3; 3]> {
     let mesh = &scene.mesh;
     let vertex = |k: usize| mesh.positions.get(mesh.triangles[i][k] as usize).copied();
     let [a, b, c] = [vertex(0)?, vertex(1)?, vertex(2)?];

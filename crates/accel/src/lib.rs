@@ -1,15 +1,21 @@
 #![doc = include_str!("../README.md")]
 
 pub mod cast;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 
 mod builder;
+mod flat;
 mod layout;
 mod query;
 mod simd;
+mod traverse;
 
 use indirect_core::{Hit, Ray, Scene};
 
 pub use builder::BuildPreset;
+pub use flat::{FlatNode, FlatTree, FlatTriangle, RefitError, STACK};
+pub use traverse::opaque;
 
 use layout::{Node, Packet, Tree};
 use query::{Any, Closest};

@@ -10,37 +10,6 @@ use proptest::prelude::*;
 
 const PRESETS: [BuildPreset; 3] = [BuildPreset::Fast, BuildPreset::Balanced, BuildPreset::Best];
 
-/// Triangles of very different sizes; some share edges, some repeat, some are degenerate, some lie in one plane.
-fn soup(random: &mut Random, n: usize, size: f32, offset: Vec3) -> Scene {
-    let mut positions = Vec::new();
-    let mut triangles: Vec<[u32; 3]> = Vec::new();
-    for _ in 0..n {
-        let old = positions.len() as u32;
-        match (random.below(10), triangles.last().copied()) {
-            (0, Some(last)) => triangles.push(last),
-            (1, Some([a, b, _])) => {
-                positions.push(random.cube() * size + offset);
-                triangles.push([b, a, old]);
-            }
-            (2, Some([a, b, _])) => triangles.push([a, b, b]),
-            (kind, _) => {
-                let reach = size * 10.0_f32.powf(-3.0 * random.unit());
-                let centre = random.cube() * size;
-                let mut corner = || {
-                    let mut p = centre + random.cube() * reach;
-                    if kind == 3 {
-                        p.y = 0.0;
-                    }
-                    p + offset
-                };
-                positions.extend([corner(), corner(), corner()]);
-                triangles.push([old, old + 1, old + 2]);
-            }
-        }
-    }
-    common::scene(positions, triangles)
-}
-
 /// Every triangle alone, so that no tree is involved.
 fn alone(scene: &Scene) -> Vec<Scene> {
     let one = |i: u32| common::scene(scene.mesh.corners(i).to_vec(), vec![[0, 1, 2]]);
@@ -57,7 +26,7 @@ proptest! {
         let mut random = Random(seed);
         let size = 10.0_f32.powi(exponent);
         let offset = random.direction() * (far * size);
-        let scene = soup(&mut random, n, size, offset);
+        let scene = common::soup(&mut random, n, size, offset);
         let single = alone(&scene);
         let single: Vec<Accel<'_>> = single.iter().map(|s| Accel::build(s, BuildPreset::Fast)).collect();
         let trees = PRESETS.map(|preset| Accel::build(&scene, preset));

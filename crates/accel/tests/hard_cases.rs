@@ -3,11 +3,9 @@
 mod common;
 
 use common::Random;
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset, cast};
-use indirect_core::{
-    AlphaMode, Material, NO_TRIANGLE, Projection, Ray, Scene, Texture, TextureRef, View, Wrap,
-};
+use indirect_core::{NO_TRIANGLE, Projection, Ray, Scene, View};
 
 const PRESETS: [BuildPreset; 3] = [BuildPreset::Fast, BuildPreset::Balanced, BuildPreset::Best];
 
@@ -55,17 +53,7 @@ fn odd_rays_hit_nothing() {
     let accel = Accel::build(&scene, BuildPreset::Best);
     let good = Ray::new(Vec3::new(0.3, 1.0, 0.1), Vec3::NEG_Y);
     assert!(accel.any_hit(&good));
-    let mut rays = vec![Ray { direction: Vec3::ZERO, ..good }, Ray { direction: -Vec3::ZERO, ..good }];
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for axis in 0..3 {
-            let (mut o, mut d) = (good, good);
-            o.origin[axis] = bad;
-            d.direction[axis] = bad;
-            rays.extend([o, d]);
-        }
-    }
-    rays.extend([0.0, -1.0, f32::NAN, f32::NEG_INFINITY].map(|t_max| Ray { t_max, ..good }));
-    for ray in rays {
+    for ray in common::odd_rays(good) {
         assert!(accel.closest_hit(&ray).is_none() && !accel.any_hit(&ray), "{ray:?}");
     }
 }
@@ -196,21 +184,7 @@ fn what_is_absurdly_far_does_not_disturb_the_rest() {
 
 /// A square with a checkerboard of 2 × 2 holes over another square.
 fn masked() -> Scene {
-    let mut scene = square(1.0);
-    let (hole, solid) = ([0, 0, 0, 0], [65535, 0, 0, 65535]);
-    scene.textures.push(Texture {
-        name: "checker".into(),
-        size: [2, 2],
-        texels: vec![hole, solid, solid, hole],
-        wrap: [Wrap::Clamp; 2],
-    });
-    scene.mesh.uvs = scene.mesh.positions.iter().map(|p| Vec2::new(p.x, p.z) * 0.5 + 0.5).collect();
-    scene.materials[0].base_color_texture = Some(TextureRef { texture: 0, uv_transform: Affine2::IDENTITY });
-    scene.materials[0].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
-    scene.materials.push(Material::diffuse("floor", Vec3::ONE));
-    let below = square(0.0).mesh.positions;
-    scene.mesh.push_polygon(&below, 1);
-    scene
+    common::masked(square(1.0), square(0.0))
 }
 
 #[test]

@@ -28,10 +28,28 @@ pub struct Use {
 
 #[derive(Debug)]
 enum Step {
-    Compute { kernel: Kernel, group: BindGroup, workgroups: Workgroups },
+    /// `scene`: the group is 1, and group 0 the scene's.
+    Compute {
+        kernel: Kernel,
+        group: BindGroup,
+        scene: bool,
+        workgroups: Workgroups,
+    },
     Surface(Box<(Raster, GBufferTarget)>),
-    Draw { pipeline: RenderPipeline, group: BindGroup, target: TextureView, arguments: Buffer, offset: u64 },
-    Copy { from: Buffer, from_offset: u64, to: Buffer, to_offset: u64, bytes: u64 },
+    Draw {
+        pipeline: RenderPipeline,
+        group: BindGroup,
+        target: TextureView,
+        arguments: Buffer,
+        offset: u64,
+    },
+    Copy {
+        from: Buffer,
+        from_offset: u64,
+        to: Buffer,
+        to_offset: u64,
+        bytes: u64,
+    },
 }
 
 #[derive(Debug)]
@@ -74,7 +92,8 @@ impl Pass {
     }
 
     /// Adds a dispatch of so many invocations in one dimension, which binds in group 0 what the entry point uses by the names
-    /// that WGSL gives it; see [`bind_group`](crate::bind_group).
+    /// that WGSL gives it; see [`bind_group`](crate::bind_group). Where the entry point has bindings in group 1, these are meant,
+    /// and group 0 is that of the scene given to [`Self::encode`]; there is nothing to do where none is given.
     ///
     /// # Errors
     /// As there, and [`GpuError::Limit`] for more invocations than a dispatch can have.
@@ -113,13 +132,16 @@ impl Pass {
         workgroups: Workgroups,
         lists: &[&[Named<'_>]],
     ) -> Result<(), GpuError> {
-        let group = kernel.group(pipelines.device(), 0, lists)?;
-        for b in kernel.bindings().iter().filter(|b| b.kind != BindingKind::Uniform) {
+        let scene = kernel.bindings().iter().any(|b| b.group == 1);
+        let own = u32::from(scene);
+        let group = kernel.group(pipelines.device(), own, lists)?;
+        let bindings = kernel.bindings().iter().filter(|b| b.group == own);
+        for b in bindings.filter(|b| b.kind != BindingKind::Uniform) {
             if let Some(BindingResource::Buffer(found)) = find(lists, b.name) {
                 self.note(b.name, found.buffer, b.kind == BindingKind::ReadWrite);
             }
         }
-        self.steps.push(Step::Compute { kernel, group, workgroups });
+        self.steps.push(Step::Compute { kernel, group, scene, workgroups });
         Ok(())
     }
 
@@ -170,12 +192,21 @@ impl Pass {
                 Step::Compute { .. } => timer.compute(encoder, self.name, |pass| {
                     let mut last = None;
                     for step in run {
-                        let Step::Compute { kernel, group, workgroups } = step else { continue };
+                        let Step::Compute { kernel, group, scene: beside, workgroups } = step else {
+                            continue;
+                        };
+                        let shared = scene.filter(|_| *beside);
+                        if *beside && shared.is_none() {
+                            continue;
+                        }
                         // Encoding is paid by the command: a pipeline is set where it changes.
                         if last.replace(kernel.pipeline()) != Some(kernel.pipeline()) {
                             pass.set_pipeline(kernel.pipeline());
                         }
-                        pass.set_bind_group(0, group, &[]);
+                        if let Some(scene) = shared {
+                            pass.set_bind_group(0, scene.group(), &[]);
+                        }
+                        pass.set_bind_group(u32::from(*beside), group, &[]);
                         match workgroups {
                             Workgroups::Count([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
                             Workgroups::Indirect(buffer, offset) => {

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use indirect_shaders::Module;
 use wgpu::Device;
 
-use crate::{Kernel, Raster};
+use crate::{Kernel, Raster, scene_layout};
 
 /// All pipelines that techniques ask for on one device. Each is compiled when it is first asked for and kept.
 #[derive(Debug)]
@@ -33,11 +33,20 @@ impl Pipelines {
         &self.raster
     }
 
-    /// The pipeline of an entry point.
+    /// The pipeline of an entry point. One that binds anything in group 1 has the scene in group 0, bound by
+    /// [`SceneBuffers::group`](crate::SceneBuffers::group).
     #[must_use]
     pub fn kernel(&self, module: &Module, entry_point: &'static str) -> Kernel {
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        let new = || Kernel::new(&self.device, module, entry_point, &[]);
+        let beside_scene =
+            module.entry_point(entry_point).is_some_and(|e| e.bindings.iter().any(|b| b.group == 1));
+        let new = || {
+            if beside_scene {
+                Kernel::with_shared(&self.device, module, entry_point, &scene_layout(&self.device))
+            } else {
+                Kernel::new(&self.device, module, entry_point, &[])
+            }
+        };
         kernels.entry((module.name, entry_point)).or_insert_with(new).clone()
     }
 }

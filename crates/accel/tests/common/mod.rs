@@ -1,9 +1,9 @@
 //! Meshes and random numbers that the tests share.
 #![allow(dead_code, reason = "each test file uses a part")]
 
-use glam::{Mat3, Vec3};
+use glam::{Affine2, Mat3, Vec2, Vec3};
 use indirect_core::math::orthonormal_basis;
-use indirect_core::{Material, Scene};
+use indirect_core::{AlphaMode, Material, Ray, Scene, Texture, TextureRef, Wrap};
 
 /// A reproducible stream of numbers (PCG-RXS-M-XS 32).
 pub(crate) struct Random(pub(crate) u32);
@@ -142,6 +142,70 @@ pub(crate) fn cube(n: u32, rotation: Mat3) -> Scene {
                     let quad = if side == 0 { [[p, r, q], [p, s, r]] } else { [[p, q, r], [p, r, s]] };
                     triangles.extend(quad);
                 }
+            }
+        }
+    }
+    scene(positions, triangles)
+}
+
+/// Variants of a ray that hits something, none of which hits anything.
+pub(crate) fn odd_rays(good: Ray) -> Vec<Ray> {
+    let mut rays = vec![Ray { direction: Vec3::ZERO, ..good }, Ray { direction: -Vec3::ZERO, ..good }];
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in 0..3 {
+            let (mut o, mut d) = (good, good);
+            o.origin[axis] = bad;
+            d.direction[axis] = bad;
+            rays.extend([o, d]);
+        }
+    }
+    rays.extend([0.0, -0.0, -1.0, f32::NAN, -f32::NAN, f32::NEG_INFINITY].map(|t_max| Ray { t_max, ..good }));
+    rays
+}
+
+/// `top` with a checkerboard of 2 × 2 holes, over `floor`.
+pub(crate) fn masked(top: Scene, floor: Scene) -> Scene {
+    let mut scene = top;
+    let (hole, solid) = ([0, 0, 0, 0], [65535, 0, 0, 65535]);
+    scene.textures.push(Texture {
+        name: "checker".into(),
+        size: [2, 2],
+        texels: vec![hole, solid, solid, hole],
+        wrap: [Wrap::Clamp; 2],
+    });
+    scene.mesh.uvs = scene.mesh.positions.iter().map(|p| Vec2::new(p.x, p.z) * 0.5 + 0.5).collect();
+    scene.materials[0].base_color_texture = Some(TextureRef { texture: 0, uv_transform: Affine2::IDENTITY });
+    scene.materials[0].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+    scene.materials.push(Material::diffuse("floor", Vec3::ONE));
+    scene.mesh.push_polygon(&floor.mesh.positions, 1);
+    scene
+}
+
+/// Triangles of very different sizes; some share edges, some repeat, some are degenerate, some lie in one plane.
+pub(crate) fn soup(random: &mut Random, n: usize, size: f32, offset: Vec3) -> Scene {
+    let mut positions = Vec::new();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for _ in 0..n {
+        let old = positions.len() as u32;
+        match (random.below(10), triangles.last().copied()) {
+            (0, Some(last)) => triangles.push(last),
+            (1, Some([a, b, _])) => {
+                positions.push(random.cube() * size + offset);
+                triangles.push([b, a, old]);
+            }
+            (2, Some([a, b, _])) => triangles.push([a, b, b]),
+            (kind, _) => {
+                let reach = size * 10.0_f32.powf(-3.0 * random.unit());
+                let centre = random.cube() * size;
+                let mut corner = || {
+                    let mut p = centre + random.cube() * reach;
+                    if kind == 3 {
+                        p.y = 0.0;
+                    }
+                    p + offset
+                };
+                positions.extend([corner(), corner(), corner()]);
+                triangles.push([old, old + 1, old + 2]);
             }
         }
     }
