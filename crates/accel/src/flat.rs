@@ -139,7 +139,7 @@ pub enum RefitError {
 }
 
 /// A binary tree over the triangles of a scene as a GPU reads it, and the twin of its queries on the CPU.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlatTree {
     nodes: Vec<FlatNode>,
     triangles: Vec<FlatTriangle>,

@@ -4,7 +4,7 @@
 //! eight storage buffers that every device binds.
 
 use glam::{Vec2, Vec4};
-use indirect_accel::gpu::AccelBuffers;
+use indirect_accel::gpu::{AccelBuffers, TreeSizes};
 use indirect_core::settings::Settings;
 use indirect_core::{Light, LightKind};
 use indirect_gpu::shaders::{
@@ -17,6 +17,7 @@ use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, n
 use rsm::gpu::{Maps, VplSlots};
 use rsm::{Error, Selection, Vpl};
 
+use indirect_technique::gpu::{Data, Exchange};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
 use crate::cpu::Parts;
@@ -80,8 +81,9 @@ buffers! {
         punctual_lights: [PunctualLight] = |s| s.maps as u64;
         /// Vertices of the triangles, where movement is followed.
         mesh_triangles: [[u32; 4]] = |s| if s.setup.follows_motion() { s.setup.fitted.triangles.len() as u64 } else { 0 };
-        /// Their positions, and those of the frame before.
+        /// Their positions, metres.
         vertices_now: [Vec3Pad] = Sizes::followed_vertices;
+        /// The same in the frame before.
         vertices_before: [Vec3Pad] = Sizes::followed_vertices;
         /// Where the pixels' surfaces were in the frame before.
         before: [Vec4] = Sizes::followed;
@@ -91,8 +93,9 @@ buffers! {
         irradiance: [Vec4] = |s| s.pixels;
         /// Normals, and the frames that the irradiance is the mean of.
         merged_normals: [Vec4] = |s| s.pixels;
-        /// Both, of the frame before.
+        /// `irradiance` of the frame before.
         past_irradiance: [Vec4] = |s| if s.setup.options.has_history() { s.pixels } else { 0 };
+        /// `merged_normals` of the frame before.
         past_normals: [Vec4] = |s| if s.setup.options.has_history() { s.pixels } else { 0 };
         /// The camera of the present frame.
         present_view: [ViewUniform] = |_| 1;
@@ -228,7 +231,7 @@ impl GpuTechnique for InstantRadiosity {
         let resolution = s.setup.options.resolution;
         let mut plan = Maps::plan(resolution, s.maps)
             .and(VplSlots::plan(s.selection(), resolution, s.maps))
-            .and(AccelBuffers::plan(&s.setup.fitted.tree))
+            .and(AccelBuffers::plan(&TreeSizes::of(&s.setup.fitted.tree)))
             .and(OwnBuffers::plan(s));
         (0..s.setup.runs()).for_each(|_| plan.uniform::<BounceRange>("range"));
         ranges(&s.setup.options).for_each(|_| plan.uniform::<LightRange>("lights_range"));
@@ -253,7 +256,7 @@ impl GpuTechnique for InstantRadiosity {
             rsm: Maps::new(device, resolution, s.maps)?,
             own: OwnBuffers::new(device, s)?,
             slots: VplSlots::new(device, s.selection(), resolution, s.maps)?,
-            accel: AccelBuffers::new(device, &setup.fitted.tree)?,
+            accel: AccelBuffers::upload(device, queue, &setup.fitted.tree)?,
             runs: (0..setup.runs()).map(run).collect(),
             ranges: ranges(&setup.options).map(|r| uniform_buffer(device, "lights_range", &r)).collect(),
             setup: setup.clone(),
@@ -278,7 +281,7 @@ impl GpuTechnique for InstantRadiosity {
         b.setup = setup.clone();
         if moved {
             b.write_geometry(queue);
-            b.accel.write(queue, &setup.fitted.tree);
+            b.accel.write(queue, &setup.fitted.tree)?;
         }
         b.write_movement(queue);
         let lights: Vec<_> = inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
@@ -369,4 +372,15 @@ pub(crate) fn merge(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
         pass.copy("previous_view", (&own.present_view, 0), (&own.previous_view, 0), bytes);
     }
     Ok(())
+}
+
+/// Compares pixels where both backends asked the same lights and got the same answers; the others are counted.
+pub(crate) fn exchange_gathered(b: &Buffers, gathered: &mut [Vec4], x: &mut Exchange<'_>) {
+    let found: Vec<Vec4> = x.read(&b.own.image, 0, gathered.len());
+    let same = gathered.iter().zip(&found).map(|(cpu, gpu)| cpu.w == gpu.w).collect();
+    let light = |v: &[Vec4]| v.iter().map(|e| e.truncate().to_array()).collect::<Vec<_>>();
+    x.same(Some(same));
+    x.compare("irradiance", Data::floats(&light(gathered), 3), Data::floats(&light(&found), 3));
+    x.floats("choices", &b.own.image, gathered, 4);
+    x.same(None);
 }

@@ -1,4 +1,4 @@
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use indirect_core::Image;
 use rsm::{Rsm, Vpl};
 
@@ -16,8 +16,8 @@ pub struct Output {
     pub vpls: Vec<Vpl>,
     /// What they have in common.
     pub summary: Summary,
-    /// Irradiance of each pixel's part of them, W/m².
-    pub gathered: Vec<Vec3>,
+    /// Irradiance of each pixel's part of them, W/m², and a number that differs where other lights were asked or other answers given.
+    pub gathered: Vec<Vec4>,
     /// Where the surface of each pixel was in the frame before, metres; empty where nothing moved.
     pub before: Vec<Vec3>,
     /// Irradiance per pixel, and what the next frame needs of it.

@@ -69,7 +69,7 @@ fn frame_number(setup: &Setup, output: &Output) -> u32 {
 }
 
 #[cfg(feature = "cpu")]
-fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec3> {
+fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec4> {
     let (tests, frame) = (f.setup.options.tests(), frame_number(f.setup, o));
     match f.setup.options.visibility {
         Visibility::Rays => {
@@ -185,14 +185,14 @@ impl Technique for InstantRadiosity {
                     times: |_| 1,
                     cpu: |f, o, _| o.gathered = gather(f, o),
                     gpu: |b, pass, _| gpu::gather(b, pass),
-                    data: |b, o, x, _| x.vectors("irradiance", &b.own.image, 0, &mut o.gathered),
+                    data: |b, o, x, _| gpu::exchange_gathered(b, &mut o.gathered, x),
                 },
                 Row {
                     name: "compensate",
                     times: |s| s.options.compensate.is_on().into(),
                     cpu: |f, o, _| compensate(f, o),
                     gpu: |b, pass, _| gpu::compensate(b, pass),
-                    data: |b, o, x, _| x.vectors("irradiance", &b.own.image, 0, &mut o.gathered),
+                    data: |b, o, x, _| gpu::exchange_gathered(b, &mut o.gathered, x),
                 },
                 Row {
                     name: "movement",
@@ -248,12 +248,12 @@ impl Technique for InstantRadiosity {
     }
 
     fn output_bytes(o: &Output) -> u64 {
-        let vectors = o.gathered.len() + o.before.len() + o.image.pixels.len();
+        let vectors = o.before.len() + o.image.pixels.len();
         #[cfg(feature = "cpu")]
         let history = o.history.as_ref().map_or(0, |h| 32 * h.irradiance.len());
         #[cfg(not(feature = "cpu"))]
         let history = 0;
-        (o.rsm.bytes() + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + history) as u64
+        (o.rsm.bytes() + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + 16 * o.gathered.len() + history) as u64
     }
 }
 

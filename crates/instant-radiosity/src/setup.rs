@@ -41,7 +41,7 @@ pub struct Fitted {
     /// The same in the frame before; empty where nothing moved or movement is not followed.
     pub before: Arc<Vec<Vec3>>,
     /// The scene for rays on the GPU.
-    #[cfg(all(feature = "cpu", feature = "gpu"))]
+    #[cfg(feature = "gpu")]
     pub tree: Arc<indirect_accel::FlatTree>,
 }
 

@@ -13,6 +13,9 @@
 @group(0) @binding(8) var<storage, read> punctual_lights: array<PunctualLight>;
 @group(0) @binding(9) var<storage, read_write> gathered: array<vec4<f32>>;
 
+/// Keeps the reach of a path finite where its number is 0: the next number is 2⁻²⁴.
+const LEAST_NUMBER: f32 = 0x1p-26;
+
 @compute @workgroup_size(64)
 fn compensate(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -25,7 +28,10 @@ fn compensate(
     }
     let n = normals[i].xyz;
     if any(n != vec3(0.0)) {
-        gathered[i] += vec4(residual(i, positions[i].xyz, n), 0.0);
+        let before = gathered[i];
+        choices = u32(before.w);
+        let more = residual(i, positions[i].xyz, n);
+        gathered[i] = vec4(before.xyz + more, f32(choices));
     }
 }
 
@@ -34,7 +40,10 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let w = hemisphere_cosine(vec2(pixel_number(i, settings.frame, 0x101u), pixel_number(i, settings.frame, 0x102u)));
     let direction = to_world(w, n);
     let origin = offset_ray_origin(p, n, settings.unit);
-    let hit = accel_closest_hit(origin, direction, 3.4028235e38);
+    // Farther than this even two surfaces that face each other send a share that ends the path.
+    let u = pixel_number(i, settings.frame, 0x103u);
+    let t_max = sqrt(summary.area * FRAC_1_PI * (1.0 - u) / max(u, LEAST_NUMBER));
+    let hit = accel_closest_hit(origin, direction, t_max);
     if hit.triangle >= arrayLength(&surfaces) {
         return none;
     }
@@ -42,11 +51,14 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let normal = select(surface.normal, -surface.normal, dot(surface.normal, direction) > 0.0);
     let kernel = w.z * -dot(normal, direction) * FRAC_1_PI / (hit.t * hit.t);
     // With the probability of the share that virtual lights do not carry.
-    if pixel_number(i, settings.frame, 0x103u) >= unbounded_share(kernel, summary.area) {
+    if u >= unbounded_share(kernel, summary.area) {
         return none;
     }
+    note(hit.triangle);
     let q = origin + direction * hit.t;
-    let light = punctual_at(q, normal) + emitted_at(part_of_pixel(i), q, normal)
+    let punctual = punctual_at(q, normal);
+    let emitted = emitted_at(part_of_pixel(i), q, normal);
+    let light = punctual + emitted
         + lights_at(part_of_pixel(i), 0u, run_length() * settings.bounces, q, normal,
             settings.path_tests, pixel_number(i, settings.frame, 0x104u));
     return surface.albedo * light;
@@ -74,7 +86,9 @@ fn punctual_at(q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
         }
         let cosine = dot(normal, direction);
         if cosine > 0.0 && any(irradiance > vec3(0.0)) && irradiance.x < 3.4e38 {
-            if !accel_any_hit(origin, direction, t_max) {
+            let blocked = accel_any_hit(origin, direction, t_max);
+            note(u32(blocked));
+            if !blocked {
                 sum += irradiance * cosine;
             }
         }
@@ -94,7 +108,9 @@ fn emitted_at(part: u32, q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
         if factor > 0.0 {
             let origin = offset_ray_origin(q, normal, settings.unit);
             let goal = offset_ray_origin(vpl.position, vpl.normal, settings.unit);
-            if !accel_any_hit(origin, goal - origin, 1.0) {
+            let seen = !accel_any_hit(origin, goal - origin, 1.0);
+            note(u32(seen));
+            if seen {
                 sum += vpl.flux * factor;
             }
         }

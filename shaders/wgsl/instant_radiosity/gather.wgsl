@@ -41,11 +41,12 @@ fn gather(
     var sum = vec3(0.0);
     if lights_range.number > 0u {
         sum = gathered[pixel].xyz;
+        choices = u32(gathered[pixel].w);
     }
     let normal = normals[pixel].xyz;
     if any(normal != vec3(0.0)) {
         let u = pixel_number(pixel, settings.frame, lights_range.number);
         sum += lights_at(part, lights_range.first, lights_range.end, positions[pixel].xyz, normal, settings.tests, u);
     }
-    gathered[pixel] = vec4(sum, 0.0);
+    gathered[pixel] = vec4(sum, f32(choices));
 }

@@ -41,8 +41,17 @@ fn unshadowed(slot: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     return flux * unshadowed_factor(vpl, area, p, n);
 }
 
+/// What the pixel decided, in 24 bits that a float holds: which lights it asked, and what stood in between.
+var<private> choices: u32 = 0u;
+
+fn note(choice: u32) {
+    choices = (choices * 31u + choice) & 0x00ffffffu;
+}
+
 fn asks(slot: u32, p: vec3<f32>, n: vec3<f32>) -> bool {
-    return shadow_visible(slot, vpls[slot].position, vpls[slot].normal, p, n);
+    let visible = shadow_visible(slot, vpls[slot].position, vpls[slot].normal, p, n);
+    note(2u * slot + u32(visible));
+    return visible;
 }
 
 /// Irradiance that the lights `first .. end` of a part, each scaled to all parts, cast on a receiver, W/m²; `tests` of them

@@ -6,15 +6,18 @@
 
 use core::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use indirect_accel::Accel;
 use indirect_core::{GBuffer, Ray, form_factor::unbounded_share, math};
 use indirect_sampling::mapping::hemisphere_cosine;
 use rayon::prelude::*;
 
-use super::gather::{Lights, pixel_number, unshadowed_factor};
+use super::gather::{Choices, Lights, pixel_number, unshadowed_factor};
 use super::shadow::{Rays, Shadow};
 use crate::setup::Fitted;
+
+/// Keeps the reach of a path finite where its number is 0: the next number is 2⁻²⁴.
+const LEAST_NUMBER: f32 = 1.0 / (1 << 26) as f32;
 
 /// Where a path may end, and what it meets there.
 #[derive(Debug, Clone, Copy)]
@@ -31,66 +34,91 @@ pub struct Paths<'a> {
 
 /// Adds to `gathered`, irradiance per pixel, W/m², what the bound of `lights` removes. Behind the lights of all bounces, theirs holds those
 /// on emissive triangles.
-pub fn compensate<S: Shadow>(gathered: &mut [Vec3], paths: &Paths<'_>, lights: &Lights<'_, S>, camera: &GBuffer) {
+pub fn compensate<S: Shadow>(gathered: &mut [Vec4], paths: &Paths<'_>, lights: &Lights<'_, S>, camera: &GBuffer) {
     let pixels = gathered.par_iter_mut().enumerate().with_min_len(256).filter(|(i, _)| camera.is_surface(*i));
     pixels.for_each(|(i, e)| {
         let part = lights.parts.of_pixel(i as u32, camera.size[0]);
-        *e += paths.residual(i as u32, part, camera.position[i], camera.normal[i], lights);
+        let mut choices = Choices::of(e.w);
+        let more = paths.residual((i as u32, part), (camera.position[i], camera.normal[i]), lights, &mut choices);
+        *e = (e.truncate() + more).extend(choices.number());
     });
 }
 
 impl Paths<'_> {
-    fn residual<S: Shadow>(&self, i: u32, part: u32, p: Vec3, n: Vec3, lights: &Lights<'_, S>) -> Vec3 {
+    fn residual<S: Shadow>(
+        &self,
+        (i, part): (u32, u32),
+        (p, n): (Vec3, Vec3),
+        lights: &Lights<'_, S>,
+        choices: &mut Choices,
+    ) -> Vec3 {
         let number = |salt| pixel_number(i, self.frame, salt);
         let unit = self.accel.unit();
         let (t, b) = math::orthonormal_basis(n);
         let w = hemisphere_cosine(Vec2::new(number(0x101), number(0x102)));
         let direction = t * w.x + b * w.y + n * w.z;
         let origin = math::offset_ray_origin_scaled(p, n, unit);
-        let Some(hit) = self.accel.closest_hit(&Ray::new(origin, direction)) else { return Vec3::ZERO };
+        // Farther than this even two surfaces that face each other send a share that ends the path.
+        let u = number(0x103);
+        let area = lights.summary.area;
+        let t_max = (area * FRAC_1_PI * (1.0 - u) / u.max(LEAST_NUMBER)).sqrt();
+        let ray = Ray { origin, direction, t_max };
+        let Some(hit) = self.accel.closest_hit(&ray) else { return Vec3::ZERO };
         let Some(surface) = self.fitted.surfaces.get(hit.triangle as usize) else { return Vec3::ZERO };
         let normal = surface.facing(direction);
         let kernel = w.z * -normal.dot(direction) * FRAC_1_PI / (hit.t * hit.t);
         // With the probability of the share that virtual lights do not carry.
-        if number(0x103) >= unbounded_share(kernel, lights.summary.area) {
+        if u >= unbounded_share(kernel, area) {
             return Vec3::ZERO;
         }
+        choices.note(hit.triangle);
         let q = origin + direction * hit.t;
         let range = 0..lights.parts.run() * lights.parts.bounces;
-        let light = self.punctual(q, normal)
-            + self.emitted(part, q, normal, lights)
-            + lights.at(part, range, q, normal, self.tests, number(0x104));
+        let light = self.punctual(q, normal, choices)
+            + self.emitted(part, q, normal, lights, choices)
+            + lights.at(part, range, (q, normal), (self.tests, number(0x104)), choices);
         surface.albedo * light
     }
 
     /// Irradiance of the punctual lights, W/m².
-    fn punctual(&self, q: Vec3, normal: Vec3) -> Vec3 {
+    fn punctual(&self, q: Vec3, normal: Vec3, choices: &mut Choices) -> Vec3 {
         let origin = math::offset_ray_origin_scaled(q, normal, self.accel.unit());
         let mut sum = Vec3::ZERO;
         for l in &self.accel.scene().lights {
             let s = l.sample(q);
             let cosine = normal.dot(s.direction);
-            if cosine > 0.0
-                && s.irradiance.max_element() > 0.0
-                && s.irradiance.is_finite()
-                && !self.accel.any_hit(&Ray { origin, direction: s.direction, t_max: s.distance })
-            {
-                sum += s.irradiance * cosine;
+            if cosine > 0.0 && s.irradiance.max_element() > 0.0 && s.irradiance.is_finite() {
+                let blocked = self.accel.any_hit(&Ray { origin, direction: s.direction, t_max: s.distance });
+                choices.note(blocked.into());
+                if !blocked {
+                    sum += s.irradiance * cosine;
+                }
             }
         }
         sum
     }
 
     /// Irradiance of a part of the virtual lights on emissive triangles, W/m².
-    fn emitted<S: Shadow>(&self, part: u32, q: Vec3, normal: Vec3, lights: &Lights<'_, S>) -> Vec3 {
+    fn emitted<S: Shadow>(
+        &self,
+        part: u32,
+        q: Vec3,
+        normal: Vec3,
+        lights: &Lights<'_, S>,
+        choices: &mut Choices,
+    ) -> Vec3 {
         let parts = lights.parts.interleave * lights.parts.interleave;
         let run = (self.fitted.from_emitters / parts) as usize;
         let first = (lights.parts.per_bounce * lights.parts.bounces) as usize + part as usize * run;
         let mut sum = Vec3::ZERO;
         for vpl in &lights.vpls[first..first + run] {
             let factor = unshadowed_factor(vpl, vpl.area, q, normal);
-            if factor > 0.0 && Rays(self.accel).visible(0, vpl, q, normal) {
-                sum += vpl.flux * factor;
+            if factor > 0.0 {
+                let visible = Rays(self.accel).visible(0, vpl, q, normal);
+                choices.note(visible.into());
+                if visible {
+                    sum += vpl.flux * factor;
+                }
             }
         }
         sum * parts as f32

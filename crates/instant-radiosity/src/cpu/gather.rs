@@ -11,7 +11,7 @@
 use core::f32::consts::FRAC_1_PI;
 use core::ops::Range;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use indirect_core::{GBuffer, form_factor::bounded, math::luminance};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 use rayon::prelude::*;
@@ -103,17 +103,31 @@ impl<S: Shadow> Lights<'_, S> {
         flux * unshadowed_factor(vpl, area, p, n)
     }
 
+    #[inline]
+    fn asks(&self, slot: u32, p: Vec3, n: Vec3, choices: &mut Choices) -> bool {
+        let visible = self.shadow.visible(slot, &self.vpls[slot as usize], p, n);
+        choices.note(2 * slot + u32::from(visible));
+        visible
+    }
+
     /// Irradiance that the lights `range` of a part, each scaled to all parts, cast on a receiver, W/m²; `tests` of them are asked for
     /// what is in between, or all where that is 0. `u` in `[0, 1)` chooses which.
     #[inline]
-    pub(super) fn at(&self, part: u32, range: Range<u32>, p: Vec3, n: Vec3, tests: u32, u: f32) -> Vec3 {
+    pub(super) fn at(
+        &self,
+        part: u32,
+        range: Range<u32>,
+        (p, n): (Vec3, Vec3),
+        (tests, u): (u32, f32),
+        choices: &mut Choices,
+    ) -> Vec3 {
         let scale = (self.parts.interleave * self.parts.interleave) as f32;
         let mut sum = Vec3::ZERO;
         if tests == 0 {
             for k in range {
                 let slot = self.parts.slot(part, k);
                 let e = self.unshadowed(slot, p, n);
-                if e != Vec3::ZERO && self.shadow.visible(slot, &self.vpls[slot as usize], p, n) {
+                if e != Vec3::ZERO && self.asks(slot, p, n, choices) {
                     sum += e;
                 }
             }
@@ -137,12 +151,32 @@ impl<S: Shadow> Lights<'_, S> {
             if running > next {
                 let times = ((running - next) / step).ceil();
                 next += times * step;
-                if self.shadow.visible(slot, &self.vpls[slot as usize], p, n) {
+                if self.asks(slot, p, n, choices) {
                     sum += e * (times * step / weight);
                 }
             }
         }
         sum * scale
+    }
+}
+
+/// What a pixel decided, in 24 bits that a float holds: which lights it asked, and what stood in between. Where two backends disagree
+/// here, by a ray that grazes an edge, their light differs for a reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Choices(u32);
+
+impl Choices {
+    pub(super) const fn of(number: f32) -> Self {
+        Self(number as u32)
+    }
+
+    #[inline]
+    pub(super) const fn note(&mut self, choice: u32) {
+        self.0 = self.0.wrapping_mul(31).wrapping_add(choice) & 0x00ff_ffff;
+    }
+
+    pub(super) const fn number(self) -> f32 {
+        self.0 as f32
     }
 }
 
@@ -152,22 +186,23 @@ pub(super) fn pixel_number(pixel: u32, frame: u32, salt: u32) -> f32 {
     unit_f32(hash_combine(hash_combine(pixel, frame), salt))
 }
 
-/// Irradiance per pixel, W/m², of the pixel's part of the lights; `tests` of each of the ranges of [`Parts::ranges`] are asked for what
-/// is in between, or all where that is 0.
+/// Irradiance per pixel, W/m², of the pixel's part of the lights, and a number that differs where another light was asked or another
+/// answer given; `tests` of each of the ranges of [`Parts::ranges`] are asked for what is in between, or all where that is 0.
 #[must_use]
-pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, frame: u32) -> Vec<Vec3> {
+pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, frame: u32) -> Vec<Vec4> {
     let width = camera.size[0];
     let at = |i: usize| {
         if !camera.is_surface(i) {
-            return Vec3::ZERO;
+            return Vec4::ZERO;
         }
         let part = lights.parts.of_pixel(i as u32, width);
-        let mut sum = Vec3::ZERO;
+        let receiver = (camera.position[i], camera.normal[i]);
+        let (mut sum, mut choices) = (Vec3::ZERO, Choices::default());
         for (number, range) in (0..).zip(lights.parts.ranges(tests == 0)) {
             let u = pixel_number(i as u32, frame, number);
-            sum += lights.at(part, range, camera.position[i], camera.normal[i], tests, u);
+            sum += lights.at(part, range, receiver, (tests, u), &mut choices);
         }
-        sum
+        sum.extend(choices.number())
     };
     (0..camera.len()).into_par_iter().with_min_len(256).map(at).collect()
 }

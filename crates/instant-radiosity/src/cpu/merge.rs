@@ -30,11 +30,11 @@ pub struct History {
 
 /// Irradiance per pixel with view depth, and normals with the number of frames, in the form of a [`History`].
 ///
-/// `gathered` is the irradiance of each pixel's part; `before`, where a pixel's surface was in the frame before, metres, or its present
+/// `gathered` is the irradiance of each pixel's part, and a number that is not read; `before`, where a pixel's surface was in the frame before, metres, or its present
 /// place where that is empty: nothing moved.
 #[must_use]
 pub fn merge(
-    gathered: &[Vec3],
+    gathered: &[Vec4],
     (view, camera): (&View, &GBuffer),
     interleave: u32,
     params: &Params,
@@ -68,7 +68,7 @@ struct Filtered {
     error: f32,
 }
 
-fn filter(gathered: &[Vec3], camera: &GBuffer, i: u32, n: u32, params: &Params) -> Filtered {
+fn filter(gathered: &[Vec4], camera: &GBuffer, i: u32, n: u32, params: &Params) -> Filtered {
     let [width, height] = camera.size;
     let (x, y) = (i % width, i / width);
     let (p, normal) = (camera.position[i as usize], camera.normal[i as usize]);
@@ -86,8 +86,9 @@ fn filter(gathered: &[Vec3], camera: &GBuffer, i: u32, n: u32, params: &Params) 
                 && normal.dot(camera.position[q] - p).abs() <= out
                 && normal.dot(camera.normal[q]) >= params.normal;
             if same {
-                sum += gathered[q];
-                let l = luminance(gathered[q]);
+                let e = gathered[q].truncate();
+                sum += e;
+                let l = luminance(e);
                 squares += l * l;
                 count += 1.0;
             }
@@ -95,7 +96,7 @@ fn filter(gathered: &[Vec3], camera: &GBuffer, i: u32, n: u32, params: &Params) 
     }
     // β above 1, or a normal that is not quite unit: the pixel alone.
     if count == 0.0 {
-        return Filtered { mean: gathered[i as usize], error: f32::MAX };
+        return Filtered { mean: gathered[i as usize].truncate(), error: f32::MAX };
     }
     let mean = sum * (1.0 / count);
     let l = luminance(mean);
