@@ -6,7 +6,8 @@ use indirect_gpu::shaders::{ISM_PULL, ISM_PUSH, ISM_SPLAT, ISM_VISIBLE};
 use indirect_gpu::wgpu::{Device, Queue};
 use indirect_gpu::{GpuError, Named, Pass, Pipelines, Plan, buffers};
 
-use crate::{Ism, Options, Point};
+use crate::layout::{Ism, Point};
+use crate::settings::Options;
 
 buffers! {
     /// Buffers of an [`Atlas`], named as `ism/query.wgsl` names them.

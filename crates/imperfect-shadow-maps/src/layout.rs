@@ -3,7 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use crate::Options;
+use crate::settings::Options;
+
+/// What a texel holds in which nothing was drawn: nothing is in the way there. Maps hold `1 / (distance + height)`, 1/m, where
+/// the height is that above the VPL's plane: 0 is infinitely far.
+pub const EMPTY: f32 = 0.0;
 
 /// A point of the scene's surface that moves with its triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -55,7 +59,7 @@ indirect_core::wgsl_struct! {
         pub coarse: u32,
         /// What the area of a point is multiplied by to be that of its splat: a map draws only a part of the points.
         pub area_scale: f32,
-        /// How often the reciprocal depth of a receiver's plane is that which shades it.
+        /// Factor by which what a map holds must exceed what the receiver's plane would put there, to shade it.
         pub bias: f32,
         /// The same for a receiver of unknown slope.
         pub point_bias: f32,

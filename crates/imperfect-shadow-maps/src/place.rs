@@ -4,18 +4,8 @@ use indirect_sampling::halton::{Halton, Scrambling};
 use indirect_sampling::mapping::triangle_uniform;
 use indirect_sampling::rng::{philox4x32, unit_f64};
 
-use crate::ScenePoint;
-
-indirect_core::choice! {
-    /// How points are spread over surfaces.
-    pub enum Placement {
-        /// The scrambled Halton sequence in three dimensions, of which every run is evenly spread: each map draws one run.
-        #[default]
-        LowDiscrepancy = "low-discrepancy",
-        /// Independent random numbers, as Ritschel et al. 2008 place them.
-        Random = "random",
-    }
-}
+use crate::layout::ScenePoint;
+use crate::settings::Placement;
 
 /// Points in the unit cube, one per index.
 pub(crate) struct Cube {

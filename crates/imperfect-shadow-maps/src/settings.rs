@@ -1,6 +1,15 @@
 use indirect_core::settings::BadOption;
 
-use crate::Placement;
+indirect_core::choice! {
+    /// How points are spread over surfaces.
+    pub enum Placement {
+        /// The scrambled Halton sequence in three dimensions, of which every run is evenly spread: each map draws one run.
+        #[default]
+        LowDiscrepancy = "low-discrepancy",
+        /// Independent random numbers, as Ritschel et al. 2008 place them.
+        Random = "random",
+    }
+}
 
 indirect_core::settings! {
     /// How maps are made.

@@ -20,8 +20,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use rsm::Vpl;
 
-use super::Frame;
-use crate::{EMPTY, Ism};
+use super::frame::Frame;
+use crate::layout::{EMPTY, Ism};
 
 /// One depth map per VPL over the hemisphere around its normal.
 #[derive(Debug, Clone, PartialEq, Default)]

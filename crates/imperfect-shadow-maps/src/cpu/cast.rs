@@ -7,9 +7,10 @@ use indirect_core::math::offset_ray_origin_scaled;
 use rayon::prelude::*;
 use rsm::Vpl;
 
-use super::Atlas;
+use super::atlas::Atlas;
 use super::frame::direction;
-use crate::{Ism, Options};
+use crate::layout::Ism;
+use crate::settings::Options;
 
 /// The maps of `vpls`, exact at the centre of each texel. Uses the side and the bias of `options`.
 #[must_use]

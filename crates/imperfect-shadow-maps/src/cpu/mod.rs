@@ -18,7 +18,8 @@ pub use splat::splat;
 
 use rsm::Vpl;
 
-use crate::{Options, Point};
+use crate::layout::Point;
+use crate::settings::Options;
 
 /// The maps of all VPLs: `splat`, `pull` and `push`.
 #[must_use]

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::Atlas;
+use super::atlas::Atlas;
 
 /// Depths that differ by less than this share at the finest level belong together; each coarser level doubles it. Ritschel et
 /// al. 2008 take 5 % of the scene's extent; a share of the depth needs no scene.

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::Atlas;
+use super::atlas::Atlas;
 use super::pull::CLOSE;
-use crate::EMPTY;
+use crate::layout::EMPTY;
 
 /// Bilinear weights of the four coarser texels around a texel, that which contains it first.
 const WEIGHTS: [f32; 4] = [0.5625, 0.1875, 0.1875, 0.0625];

@@ -3,7 +3,7 @@
 use indirect_core::Scene;
 use rayon::prelude::*;
 
-use crate::{Point, ScenePoint};
+use crate::layout::{Point, ScenePoint};
 
 /// Points of the scene in the world, in order. A point on a triangle that the scene does not have, in a hole of an alpha mask or
 /// on a triangle without area gets the area 0, which draws nothing.

@@ -13,8 +13,10 @@
 use rayon::prelude::*;
 use rsm::Vpl;
 
-use super::{Atlas, Frame};
-use crate::{Ism, Options, Point};
+use super::atlas::Atlas;
+use super::frame::Frame;
+use crate::layout::{Ism, Point};
+use crate::settings::Options;
 
 /// Splats are at most this share of the side wide: what is nearer than that covers the map by its number.
 const MAX_SHARE: f32 = 0.25;
