@@ -519,6 +519,36 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 6, "low", Read),
         at(0, 7, "irradiance", ReadWrite),
     ] },
+    EntryPoint { module: "ISM_SPLAT", name: "splat_clear", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "ism", Uniform),
+        at(0, 4, "ism_atlas", ReadWrite),
+    ] },
+    EntryPoint { module: "ISM_SPLAT", name: "splat", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "ism", Uniform),
+        at(0, 1, "vpls", Read),
+        at(0, 2, "count", Read),
+        at(0, 3, "ism_points", Read),
+        at(0, 4, "ism_atlas", ReadWrite),
+    ] },
+    EntryPoint { module: "ISM_PULL", name: "pull", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "ism", Uniform),
+        at(0, 1, "count", Read),
+        at(0, 2, "ism_atlas", Read),
+        at(0, 3, "ism_coarse", ReadWrite),
+    ] },
+    EntryPoint { module: "ISM_PUSH", name: "push", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "ism", Uniform),
+        at(0, 1, "count", Read),
+        at(0, 2, "ism_atlas", ReadWrite),
+        at(0, 3, "ism_coarse", ReadWrite),
+    ] },
+    EntryPoint { module: "ISM_VISIBLE", name: "visible", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "ism", Uniform),
+        at(0, 1, "vpls", Read),
+        at(0, 2, "ism_atlas", Read),
+        at(0, 3, "pairs", Read),
+        at(0, 4, "visible_pairs", ReadWrite),
+    ] },
     EntryPoint { module: "VISIBILITY", name: "visibility_vertex", workgroup_size: [0, 0, 0], bindings: &[
         at(0, 0, "scene_vertices", Read),
         at(0, 1, "scene_triangles", Read),

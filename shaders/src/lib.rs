@@ -263,6 +263,16 @@ modules! {
         "core/grid.wgsl", "sh/sh.wgsl", "radiance_hints/layout.wgsl", "radiance_hints/field.wgsl",
         "radiance_hints/read.wgsl", "filter/reduced.wgsl", "filter/bilateral.wgsl", "radiance_hints/upsample.wgsl",
     ] => ["upsample"];
+    /// Points of the scene drawn into imperfect shadow maps; twin of `imperfect_shadow_maps::cpu::splat`.
+    ISM_SPLAT = ["core/grid.wgsl", "rsm/layout.wgsl", "ism/layout.wgsl", "ism/splat.wgsl"] => ["splat_clear", "splat"];
+    /// Coarser levels of imperfect shadow maps; twin of `imperfect_shadow_maps::cpu::pull`.
+    ISM_PULL = ["ism/layout.wgsl", "ism/pull.wgsl"] => ["pull"];
+    /// Holes of imperfect shadow maps filled; twin of `imperfect_shadow_maps::cpu::push`.
+    ISM_PUSH = ["ism/layout.wgsl", "ism/push.wgsl"] => ["push"];
+    /// Queries of imperfect shadow maps for a list of pairs; twin of `imperfect_shadow_maps::cpu::Atlas`.
+    ISM_VISIBLE = [
+        "core/grid.wgsl", "rsm/layout.wgsl", "ism/layout.wgsl", "ism/query.wgsl", "ism/visible.wgsl",
+    ] => ["visible"];
     /// Texels to rays and points to clip space; twin of `indirect_core::View`.
     VIEW = ["core/view.wgsl"] => [];
     /// A scene in storage buffers (bind group 0) and its surfaces; twin of `indirect_core::Scene`.
