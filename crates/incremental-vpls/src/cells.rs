@@ -1,0 +1,179 @@
+//! Voronoi cells: what share of the domain is nearest to each point.
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DVec2, DVec3};
+use spade::Triangulation;
+
+use crate::pattern::{Edge, Pattern, centre_offset};
+use crate::shape::{Shape, clip};
+
+/// Gauss–Legendre abscissae and weights on `[0, 1]`, four points.
+const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// Where the border of two cells meets the rim of the disc.
+struct Crossing {
+    angle: f64,
+    cells: [usize; 2],
+}
+
+impl Pattern {
+    /// Area of each point's Voronoi cell, clipped to the domain, by number; 0 for numbers that are not part of the pattern. The
+    /// areas sum to that of the domain.
+    #[must_use]
+    pub fn areas(&self) -> Vec<f64> {
+        self.cells(|_| [core::f64::consts::PI; 2]).into_iter().map(|[area, _]| area).collect()
+    }
+
+    /// What each point's Voronoi cell holds of two measures, by number.
+    ///
+    /// On the disc they are any that depend on the radius alone: `held(s)` is what the concentric disc of squared radius `s`,
+    /// `(0, 1]`, holds of them, divided by `s`. By Green's theorem a cell holds
+    ///
+    /// ```text
+    /// 1/2π ∮ held(x² + y²) (x dy − y dx)
+    /// ```
+    ///
+    /// around its border. Two cells share a border in opposite directions, and the rim's arcs are a full turn together: the cells
+    /// sum to `held(1)`, whatever the error of the quadrature (four points a border; exact where `held` is a cubic in `s`).
+    ///
+    /// On the sphere both are the solid angle and `held` is not asked.
+    #[must_use]
+    pub fn cells(&self, held: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 2]> {
+        let mut cells = vec![[0.0; 2]; self.points.len()];
+        match self.shape {
+            Shape::Disc => self.disc_cells(&held, &mut cells),
+            Shape::Sphere => self.sphere_cells(&mut cells),
+        }
+        for cell in &mut cells {
+            // A cell without area, up to rounding.
+            *cell = cell.map(|a| a.max(0.0));
+        }
+        cells
+    }
+
+    fn disc_cells(&self, held: &impl Fn(f64) -> [f64; 2], cells: &mut [[f64; 2]]) {
+        let mut crossings = Vec::new();
+        for edge in self.mesh.undirected_edges() {
+            let edge = edge.as_directed();
+            let [u, w] = edge.vertices().map(|v| v.data().id);
+            let (middle, normal) = bisector(edge);
+            let (enter, leave) = clip(middle, normal);
+            let (from, to) = (-centre_offset(edge.rev()), centre_offset(edge));
+            if to <= enter || from >= leave {
+                continue;
+            }
+            let angle = |t: f64| (middle + normal * t).to_angle();
+            if from < enter {
+                crossings.push(Crossing { angle: angle(enter), cells: [u, w] });
+            }
+            if to > leave {
+                crossings.push(Crossing { angle: angle(leave), cells: [u, w] });
+            }
+            let (a, b) = (middle + normal * from.max(enter), middle + normal * to.min(leave));
+            let mut sum = [0.0; 2];
+            for (t, weight) in GAUSS {
+                let h = held(a.lerp(b, t).length_squared());
+                sum = [sum[0] + weight * h[0], sum[1] + weight * h[1]];
+            }
+            let turn = a.perp_dot(b) / TAU;
+            for k in 0..2 {
+                cells[u][k] += turn * sum[k];
+                cells[w][k] -= turn * sum[k];
+            }
+        }
+        self.rim_arcs(crossings, held(1.0), cells);
+    }
+
+    /// Adds each arc of the rim between neighbouring crossings to the cell that it borders.
+    fn rim_arcs(&self, mut crossings: Vec<Crossing>, whole: [f64; 2], cells: &mut [[f64; 2]]) {
+        let mut add = |owner: usize, share: f64| {
+            cells[owner] = [cells[owner][0] + share * whole[0], cells[owner][1] + share * whole[1]];
+        };
+        crossings.sort_by(|a, b| a.angle.total_cmp(&b.angle).then(a.cells.cmp(&b.cells)));
+        if crossings.is_empty() {
+            // A single point: two have a border between them, and it crosses the rim.
+            if let Some(owner) = self.live.iter().position(|&l| l) {
+                add(owner, 1.0);
+            }
+            return;
+        }
+        for (i, a) in crossings.iter().enumerate() {
+            let (b, turn) = crossings.get(i + 1).map_or_else(|| (&crossings[0], TAU), |next| (next, 0.0));
+            let arc = b.angle + turn - a.angle;
+            let middle = DVec2::from_angle(a.angle + 0.5 * arc).extend(0.0);
+            // Whose arc it is both crossings should say; where four cells meet at the rim they may not.
+            let near = a.cells.into_iter().chain(b.cells);
+            let distance = |id: usize| self.points[id].distance_squared(middle);
+            let owner = near.min_by(|&p, &q| distance(p).total_cmp(&distance(q)).then(p.cmp(&q)));
+            if let Some(owner) = owner {
+                add(owner, arc / TAU);
+            }
+        }
+    }
+
+    fn sphere_cells(&self, cells: &mut [[f64; 2]]) {
+        let whole = Shape::Sphere.area();
+        let Some(pole) = self.pole else { return };
+        if self.mesh.num_vertices() < 2 {
+            for (cell, _) in cells.iter_mut().zip(&self.live).filter(|(_, live)| **live) {
+                *cell = [whole / self.len as f64; 2];
+            }
+            return;
+        }
+        let mut add = |u: usize, w: usize, left: DVec3, right: DVec3| {
+            let area = self.half_border(u, w, left, right);
+            for id in [u, w] {
+                cells[id][0] += area;
+            }
+        };
+        for edge in self.mesh.undirected_edges() {
+            let edge = edge.as_directed();
+            let [u, w] = edge.vertices().map(|v| v.data().id);
+            add(u, w, self.centre(edge), self.centre(edge.rev()));
+        }
+        for edge in self.outer_edges() {
+            // From this vertex to the pole: the face with the edge before is at the left.
+            add(edge.from().data().id, pole, self.centre(edge.prev()), self.centre(edge));
+        }
+        // Rounding alone, unless points nearly coincide.
+        let sum: f64 = cells.iter().map(|c| c[0].max(0.0)).sum();
+        let scale = if sum > 0.0 { whole / sum } else { 0.0 };
+        for cell in cells {
+            *cell = [cell[0] * scale; 2];
+        }
+    }
+
+    /// Solid angle between one of two neighbours and their cells' common border, from the border's end `right` to `left` as the
+    /// plane sees the edge from `u` to `w`.
+    ///
+    /// With the edge's half length `a` the border is a great circle at right angles to it, and up to the angle `α` along that
+    /// circle the right triangle has the excess `E(α)`, `tan(E/2) = tan(a/2) tan(α/2)`. This stays exact where both ends are
+    /// opposite poles, as for points on a common circle.
+    fn half_border(&self, u: usize, w: usize, left: DVec3, right: DVec3) -> f64 {
+        let (u, w) = (self.points[u], self.points[w]);
+        let Some(along) = (w - u).try_normalize() else { return 0.0 };
+        let middle = (u + w).try_normalize().unwrap_or_else(|| along.any_orthonormal_vector());
+        let tan_quarter = 0.5 * u.distance(w) / (1.0 + 0.5 * (u + w).length());
+        let side = along.cross(middle);
+        let angle = |c: DVec3| c.dot(side).atan2(c.dot(middle));
+        let excess = |alpha: f64| 2.0 * (tan_quarter * (0.5 * alpha).sin()).atan2((0.5 * alpha).cos());
+        let (from, to) = (angle(right), angle(left));
+        let area = excess(to) - excess(from);
+        // A border is at most half a turn and runs from right to left: what seems to run backwards by more than rounding went
+        // across the point opposite to the edge, where both angles jump by a full turn.
+        if to - from < -FRAC_PI_2 { area + TAU } else { area }
+    }
+}
+
+/// Midpoint and left unit normal of an edge in the plane: the border of its two cells lies on that line.
+pub(crate) fn bisector(edge: Edge<'_>) -> (DVec2, DVec2) {
+    let [a, b] = edge.positions().map(|p| DVec2::new(p.x, p.y));
+    let along = b - a;
+    (0.5 * (a + b), along.perp() / along.length())
+}
