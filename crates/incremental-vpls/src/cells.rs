@@ -50,9 +50,18 @@ impl Pattern {
             Shape::Disc => self.disc_cells(&held, &mut cells),
             Shape::Sphere => self.sphere_cells(&mut cells),
         }
-        for cell in &mut cells {
-            // A cell without area, up to rounding.
-            *cell = cell.map(|a| a.max(0.0));
+        // Rounding, unless points nearly coincide: then a cell may come out below 0, and the rest is too much.
+        let whole = match self.shape {
+            _ if self.is_empty() => return cells,
+            Shape::Disc => held(1.0),
+            Shape::Sphere => [self.shape.area(); 2],
+        };
+        for k in 0..2 {
+            let sum: f64 = cells.iter().map(|c| c[k].max(0.0)).sum();
+            let scale = if sum > 0.0 { whole[k] / sum } else { 0.0 };
+            for cell in &mut cells {
+                cell[k] = cell[k].max(0.0) * scale;
+            }
         }
         cells
     }
@@ -129,7 +138,7 @@ impl Pattern {
         let mut add = |u: usize, w: usize, left: DVec3, right: DVec3| {
             let area = self.half_border(u, w, left, right);
             for id in [u, w] {
-                cells[id][0] += area;
+                cells[id] = [cells[id][0] + area; 2];
             }
         };
         for edge in self.mesh.undirected_edges() {
@@ -140,12 +149,6 @@ impl Pattern {
         for edge in self.outer_edges() {
             // From this vertex to the pole: the face with the edge before is at the left.
             add(edge.from().data().id, pole, self.centre(edge.prev()), self.centre(edge));
-        }
-        // Rounding alone, unless points nearly coincide.
-        let sum: f64 = cells.iter().map(|c| c[0].max(0.0)).sum();
-        let scale = if sum > 0.0 { whole / sum } else { 0.0 };
-        for cell in cells {
-            *cell = [cell[0] * scale; 2];
         }
     }
 

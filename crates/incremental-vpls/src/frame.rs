@@ -203,20 +203,15 @@ impl Cone {
         self.flat + (a.powi(3) - b.powi(3)) / (3.0 * self.soft * self.soft)
     }
 
-    /// The inverse of [`Cone::flux_within`].
-    fn versine_of_flux(&self, flux: f64) -> f64 {
-        if flux <= self.flat {
-            return flux;
-        }
-        let a = self.rim - self.flat;
-        let cube = a.powi(3) - 3.0 * self.soft * self.soft * (flux - self.flat);
-        self.rim - cube.max(0.0).cbrt()
-    }
-
     /// `v` at the squared radius `s` of the disc.
     fn versine(&self, s: f64) -> f64 {
         match self.density {
-            Density::Flux => self.versine_of_flux(s * self.flux),
+            // The inverse of `flux_within`, from the flux that is left where it fades out: exact at the rim.
+            Density::Flux if s * self.flux <= self.flat => s * self.flux,
+            Density::Flux => {
+                let left = 3.0 * self.soft * self.soft * self.flux * (1.0 - s).max(0.0);
+                self.rim - left.cbrt()
+            }
             Density::SolidAngle => s * self.rim,
         }
     }

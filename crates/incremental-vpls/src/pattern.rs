@@ -144,6 +144,7 @@ impl Pattern {
     /// Adds a point; its handle in the mesh, or `None` where it coincides with the pole or is the first on the sphere. The caller
     /// made sure that it coincides with no other.
     pub(crate) fn add(&mut self, p: DVec3, hint: Option<FixedVertexHandle>) -> Option<FixedVertexHandle> {
+        let p = self.shape.accept(p)?;
         let id = self.points.len();
         self.points.push(p);
         self.live.push(false);

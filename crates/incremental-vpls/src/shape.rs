@@ -2,6 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+/// 2⁴⁰.
+const GRID: f64 = 1_099_511_627_776.0;
+
 /// A domain in which points are spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
@@ -21,17 +24,19 @@ impl Shape {
         }
     }
 
-    /// `p` as a point of the domain: without `z`, or normalized. `None` outside of the disc, for a zero vector and for what is not
-    /// finite.
+    /// `p` as a point of the domain: without `z`, or normalized; its coordinates rounded to 2⁻⁴⁰, so that points either coincide or
+    /// are far enough apart for the direction between them to have a meaning. `None` outside of the disc, for a zero vector and
+    /// for what is not finite.
     #[must_use]
     pub fn accept(self, p: DVec3) -> Option<DVec3> {
         if !p.is_finite() {
             return None;
         }
+        let rounded = |p: DVec3| (p * GRID).round() / GRID + 0.0;
         match self {
-            Self::Disc => (p.truncate().length_squared() <= 1.0).then(|| p.truncate().extend(0.0)),
+            Self::Disc => (p.truncate().length_squared() <= 1.0).then(|| rounded(p.with_z(0.0))),
             // Scaled first, so that no square leaves f64's range.
-            Self::Sphere => (p / p.abs().max_element()).try_normalize(),
+            Self::Sphere => rounded((p / p.abs().max_element()).try_normalize()?).try_normalize(),
         }
     }
 
