@@ -3,13 +3,13 @@
 //! `cargo run --release -p incremental-vpls --example figures`
 #![allow(clippy::print_stdout, reason = "an example's output")]
 
-use core::f32::consts::{FRAC_1_PI, TAU};
+use core::f32::consts::TAU;
 use std::error::Error;
 use std::time::Instant;
 
 use glam::Vec3;
 use incremental_vpls::pattern::{Pattern, Shape};
-use incremental_vpls::{Density, Settings, Start, State, Update};
+use incremental_vpls::{Settings, Start, State, Update};
 use indirect_accel::{Accel, BuildPreset};
 use indirect_core::math::{luminance, offset_ray_origin_scaled};
 use indirect_core::{Light, LightKind, Ray, Scene, form_factor};
@@ -28,6 +28,9 @@ const RECEIVERS: u32 = 500;
 
 /// Lights of the converged gather, and every how many frames it is made.
 const CONVERGED: (u32, u32) = (4096, 4);
+
+/// Sets of lights over which errors are averaged.
+const SEEDS: u32 = 4;
 
 /// Times an update is timed; the least counts.
 const REPEATS: u32 = 5;
@@ -109,8 +112,8 @@ fn gather(accel: &Accel<'_>, vpls: &[Vpl], receivers: &[Receiver]) -> Vec<f64> {
 /// Ways to have lights in every frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
-    /// Kept, at most and at least so many new ones.
-    Kept(u32, u32),
+    /// Kept; at least and at most so many new ones, evenness.
+    Kept(u32, u32, f32),
     /// All anew by dispersion.
     Dispersion,
     /// All anew at the same sequence.
@@ -122,19 +125,24 @@ enum Way {
 impl Way {
     fn name(self) -> String {
         match self {
-            Self::Kept(min, max) => format!("kept, {min} to {max} new"),
+            Self::Kept(min, max, evenness) => format!("kept, {min}..={max} new, {evenness}"),
             Self::Dispersion => "anew, dispersion".into(),
             Self::Sequence => "anew, same sequence".into(),
             Self::Noise => "anew, other sequence".into(),
         }
     }
 
-    fn settings(self, count: u32, frame: u32) -> Settings {
-        let (recalc_min, recalc_max) = if let Self::Kept(min, max) = self { (min, max) } else { (4, 32) };
+    fn settings(self, count: u32, frame: u32, seed: u32) -> Settings {
+        let Settings { recalc_min, recalc_max, evenness, .. } = Settings::default();
+        let (recalc_min, recalc_max, evenness) = if let Self::Kept(min, max, even) = self {
+            (min, max, even)
+        } else {
+            (recalc_min, recalc_max, evenness)
+        };
         let start =
             if matches!(self, Self::Sequence | Self::Noise) { Start::Sequence } else { Start::Dispersion };
-        let seed = if self == Self::Noise { frame } else { 0 };
-        Settings { count, recalc_min, recalc_max, seed, start, ..Settings::default() }
+        let seed = if self == Self::Noise { seed + SEEDS * frame } else { seed };
+        Settings { count, recalc_min, recalc_max, evenness, seed, start, ..Settings::default() }
     }
 }
 
@@ -150,66 +158,78 @@ fn quality(
         .step_by(every as usize)
         .map(|f| {
             let settings =
-                Settings { start: Start::Sequence, seed: 99, ..Way::Sequence.settings(converged, f) };
+                Settings { start: Start::Sequence, seed: 99, ..Way::Sequence.settings(converged, f, 0) };
             let mut state = State::new(settings)?;
             state.update(accel, &at(light, accel, f));
             Ok(gather(accel, state.vpls(), receivers))
         })
         .collect::<Result<_, Box<dyn Error>>>()?;
     let mean = |e: &[f64]| e.iter().sum::<f64>() / e.len() as f64;
-    println!("  {count} lights             kept     rays    error   flicker");
-    for way in [
-        Way::Kept(0, 32),
-        Way::Kept(4, 32),
-        Way::Kept(count / 16, count / 8),
-        Way::Dispersion,
-        Way::Sequence,
-        Way::Noise,
-    ] {
-        let mut state = State::new(way.settings(count, 0))?;
+    println!("  {count} lights                 kept     rays    error   flicker");
+    // As in the paper, without and with a least number of new ones; by evenness alone; both, which is the default at
+    // 256; more of both.
+    let kept = [(0, 0.0), (count / 64, 0.0), (0, 0.5), (count / 64, 0.5), (count / 16, 0.5)];
+    let kept = kept.map(|(min, evenness)| Way::Kept(min, count / 8, evenness));
+    for way in kept.into_iter().chain([Way::Dispersion, Way::Sequence, Way::Noise]) {
         let mut total = Update::default();
-        let mut frames: Vec<Vec<f64>> = Vec::new();
-        // One frame before, so that none of those that count is the first.
-        state.update(accel, &at(light, accel, FRAMES - 1));
-        for f in 0..FRAMES {
-            if !matches!(way, Way::Kept(..)) {
-                state = State::new(way.settings(count, f))?;
+        let (mut error, mut flicker) = (0.0, 0.0);
+        for seed in 0..SEEDS {
+            let frames = animate(accel, light, receivers, (way, count, seed), &mut total)?;
+            for (t, frame) in truth.iter().zip(frames.iter().step_by(every as usize)) {
+                let level = mean(t);
+                let squares = frame.iter().zip(t).map(|(a, b)| ((a - b) / level).powi(2));
+                error += squares.sum::<f64>() / (truth.len() * receivers.len()) as f64;
             }
-            let u = state.update(accel, &at(light, accel, f));
-            total.reused += u.reused;
-            total.inserted += u.inserted;
-            total.rays += u.rays;
-            frames.push(gather(accel, state.vpls(), receivers));
+            // Second differences: what changes but does not go on changing.
+            for w in frames.windows(3) {
+                let level = mean(&w[1]);
+                let second =
+                    (0..receivers.len()).map(|i| ((w[0][i] - 2.0 * w[1][i] + w[2][i]) / level).powi(2));
+                flicker += second.sum::<f64>() / ((frames.len() - 2) * receivers.len()) as f64;
+            }
         }
-        let (mut square, mut n) = (0.0, 0);
-        for (k, t) in truth.iter().enumerate() {
-            let level = mean(t);
-            let off = frames[k * every as usize].iter().zip(t).map(|(a, b)| ((a - b) / level).powi(2));
-            square += off.sum::<f64>();
-            n += t.len();
-        }
-        // Second differences: what changes but does not go on changing.
-        let mut second = 0.0;
-        for w in frames.windows(3) {
-            let level = mean(&w[1]);
-            second +=
-                (0..w[0].len()).map(|i| ((w[0][i] - 2.0 * w[1][i] + w[2][i]) / level).powi(2)).sum::<f64>();
-        }
-        let flicker = (second / (frames.len() - 2) as f64 / receivers.len() as f64).sqrt();
         println!(
-            "    {:22} {:5.1} %  {:5}  {:5.2} %   {:5.2} %",
+            "    {:26} {:5.1} %  {:5}  {:5.2} %   {:5.2} %",
             way.name(),
             100.0 * f64::from(total.reused) / f64::from(total.reused + total.inserted),
-            total.rays / FRAMES,
-            100.0 * (square / f64::from(n as u32)).sqrt(),
-            100.0 * flicker
+            total.rays / (FRAMES * SEEDS),
+            100.0 * (error / f64::from(SEEDS)).sqrt(),
+            100.0 * (flicker / f64::from(SEEDS)).sqrt()
         );
     }
     Ok(())
 }
 
+/// Irradiance at the receivers in every frame.
+fn animate(
+    accel: &Accel<'_>,
+    light: &Light,
+    receivers: &[Receiver],
+    (way, count, seed): (Way, u32, u32),
+    total: &mut Update,
+) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
+    let mut state = State::new(way.settings(count, 0, seed))?;
+    // One frame before, so that none of those that count is the first.
+    state.update(accel, &at(light, accel, FRAMES - 1));
+    let mut frames = Vec::new();
+    for f in 0..FRAMES {
+        if !matches!(way, Way::Kept(..)) {
+            state = State::new(way.settings(count, f, seed))?;
+        }
+        let u = state.update(accel, &at(light, accel, f));
+        total.reused += u.reused;
+        total.inserted += u.inserted;
+        total.rays += u.rays;
+        frames.push(gather(accel, state.vpls(), receivers));
+    }
+    Ok(frames)
+}
+
 /// Rays of a visibility cache of one light, as a low-resolution hemispherical shadow map.
 const CACHE: u32 = 1024;
+
+/// Every how many frames the caches are timed.
+const CACHE_FRAMES: usize = 10;
 
 /// Casts the rays of the caches of some lights; how many hit, so that nothing is left out.
 fn caches<'a>(accel: &Accel<'_>, vpls: impl Iterator<Item = &'a Vpl>) -> usize {
@@ -229,41 +249,46 @@ fn caches<'a>(accel: &Accel<'_>, vpls: impl Iterator<Item = &'a Vpl>) -> usize {
 /// Time of an update, alone and with a visibility cache for each new light.
 fn times(accel: &Accel<'_>, light: &Light) -> Result<(), Box<dyn Error>> {
     println!("time per frame, ms: lights alone, and with {CACHE} visibility rays for each new light");
-    for count in [256, 512, 1024, 4096] {
+    for count in [256, 512, 1024] {
         let mut row = format!("  {count:5}");
         let mut base = [0.0; 2];
-        for way in [Way::Kept(4, 32), Way::Dispersion, Way::Sequence] {
-            let mut least = [f64::INFINITY; 2];
+        for way in [Way::Kept(count / 64, count / 8, 0.5), Way::Dispersion, Way::Sequence] {
+            // The least time of each frame: the work is the same in all repeats.
+            let mut least = [[f64::INFINITY; 2]; FRAMES as usize];
             for _ in 0..REPEATS {
-                let mut sum = [0.0; 2];
-                let mut state = State::new(way.settings(count, 0))?;
+                let mut state = State::new(way.settings(count, 0, 0))?;
                 state.update(accel, &at(light, accel, FRAMES - 1));
-                for f in 0..FRAMES {
-                    let light = at(light, accel, f);
+                for (f, least) in least.iter_mut().enumerate() {
+                    let light = at(light, accel, f as u32);
                     let start = Instant::now();
                     if matches!(way, Way::Kept(..)) {
                         state.update(accel, &light);
                     } else {
                         state.rebuild(accel, &light);
                     }
-                    sum[0] += start.elapsed().as_secs_f64();
-                    if count <= 1024 && f % 10 == 0 {
+                    least[0] = least[0].min(start.elapsed().as_secs_f64());
+                    if f % CACHE_FRAMES == 0 {
                         let start = Instant::now();
                         let new = state.vpls().iter().zip(state.fresh()).filter(|(_, f)| **f).map(|(v, _)| v);
                         std::hint::black_box(caches(accel, new));
-                        sum[1] += 10.0 * start.elapsed().as_secs_f64();
+                        least[1] = least[1].min(start.elapsed().as_secs_f64());
                     }
                 }
-                least = [least[0].min(sum[0]), least[1].min(sum[1])];
             }
-            let ms = [least[0], least[0] + least[1]].map(|s| s * 1e3 / f64::from(FRAMES));
+            let sum = |k: usize| least.iter().map(|l| l[k]).filter(|t| t.is_finite()).sum::<f64>();
+            let alone = sum(0) * 1e3 / f64::from(FRAMES);
+            let ms = [alone, alone + sum(1) * 1e3 / f64::from(FRAMES) * CACHE_FRAMES as f64];
             if let Way::Kept(..) = way {
                 base = ms;
             }
-            row += &format!("   {} {:.2} ({:.1}x)", way.name(), ms[0], ms[0] / base[0]);
-            if count <= 1024 {
-                row += &format!(", {:.1} ({:.1}x)", ms[1], ms[1] / base[1]);
-            }
+            row += &format!(
+                "   {}: {:.2} ({:.1}x), {:.1} ({:.1}x)",
+                way.name(),
+                ms[0],
+                ms[0] / base[0],
+                ms[1],
+                ms[1] / base[1]
+            );
         }
         println!("{row}");
     }
@@ -282,5 +307,4 @@ fn areas() {
         }
         println!("Voronoi areas of {shape:?}: sum off its area by at most {worst:.1e}");
     }
-    let _ = (Density::ALL, FRAC_1_PI);
 }

@@ -1,6 +1,6 @@
 //! Voronoi cells: what share of the domain is nearest to each point.
 
-use core::f64::consts::{FRAC_PI_2, TAU};
+use core::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use spade::Triangulation;
@@ -23,8 +23,8 @@ struct Crossing {
 }
 
 impl Pattern {
-    /// Area of each point's Voronoi cell, clipped to the domain, by number; 0 for numbers that are not part of the pattern. The
-    /// areas sum to that of the domain.
+    /// Area of each point's Voronoi cell, clipped to the domain, by number; 0 for numbers that are not part of the
+    /// pattern. The areas sum to that of the domain.
     #[must_use]
     pub fn areas(&self) -> Vec<f64> {
         self.cells(|_| [core::f64::consts::PI; 2]).into_iter().map(|[area, _]| area).collect()
@@ -32,15 +32,16 @@ impl Pattern {
 
     /// What each point's Voronoi cell holds of two measures, by number.
     ///
-    /// On the disc they are any that depend on the radius alone: `held(s)` is what the concentric disc of squared radius `s`,
-    /// `(0, 1]`, holds of them, divided by `s`. By Green's theorem a cell holds
+    /// On the disc they are any that depend on the radius alone: `held(s)` is what the concentric disc of squared
+    /// radius `s`, `(0, 1]`, holds of them, divided by `s`. By Green's theorem a cell holds
     ///
     /// ```text
     /// 1/2π ∮ held(x² + y²) (x dy − y dx)
     /// ```
     ///
-    /// around its border. Two cells share a border in opposite directions, and the rim's arcs are a full turn together: the cells
-    /// sum to `held(1)`, whatever the error of the quadrature (four points a border; exact where `held` is a cubic in `s`).
+    /// around its border. Two cells share a border in opposite directions, and the rim's arcs are a full turn
+    /// together: the cells sum to `held(1)`, whatever the error of the quadrature (four points a border; exact where
+    /// `held` is a cubic in `s`).
     ///
     /// On the sphere both are the solid angle and `held` is not asked.
     #[must_use]
@@ -152,25 +153,36 @@ impl Pattern {
         }
     }
 
-    /// Solid angle between one of two neighbours and their cells' common border, from the border's end `right` to `left` as the
-    /// plane sees the edge from `u` to `w`.
+    /// Solid angle between one of two neighbours and their cells' common border, from the border's end `right` to
+    /// `left` as the plane sees the edge from `u` to `w`.
     ///
-    /// With the edge's half length `a` the border is a great circle at right angles to it, and up to the angle `α` along that
-    /// circle the right triangle has the excess `E(α)`, `tan(E/2) = tan(a/2) tan(α/2)`. This stays exact where both ends are
-    /// opposite poles, as for points on a common circle.
+    /// With the edge's half length `a` the border is a great circle at right angles to it, and up to the angle `α`
+    /// along that circle the right triangle has the excess `E(α)`, `tan(E/2) = tan(a/2) tan(α/2)`. This stays exact
+    /// where both ends are opposite poles, as for points on a common circle.
     fn half_border(&self, u: usize, w: usize, left: DVec3, right: DVec3) -> f64 {
         let (u, w) = (self.points[u], self.points[w]);
         let Some(along) = (w - u).try_normalize() else { return 0.0 };
         let middle = (u + w).try_normalize().unwrap_or_else(|| along.any_orthonormal_vector());
         let tan_quarter = 0.5 * u.distance(w) / (1.0 + 0.5 * (u + w).length());
         let side = along.cross(middle);
-        let angle = |c: DVec3| c.dot(side).atan2(c.dot(middle));
-        let excess = |alpha: f64| 2.0 * (tan_quarter * (0.5 * alpha).sin()).atan2((0.5 * alpha).cos());
-        let (from, to) = (angle(right), angle(left));
-        let area = excess(to) - excess(from);
-        // A border is at most half a turn and runs from right to left: what seems to run backwards by more than rounding went
-        // across the point opposite to the edge, where both angles jump by a full turn.
-        if to - from < -FRAC_PI_2 { area + TAU } else { area }
+        let plane = |c: DVec3| DVec2::new(c.dot(middle), c.dot(side));
+        let (from, to) = (plane(right), plane(left));
+        let area = excess(tan_quarter, to) - excess(tan_quarter, from);
+        // A border is at most half a turn and runs from right to left. One that crosses the point opposite to the edge
+        // goes from positive angles to negative ones, and the angle jumps by a full turn; so does one of no length at
+        // the edge itself, by rounding, but backwards.
+        let backwards = from.perp_dot(to) < 0.0 && from.dot(to) > 0.0;
+        if from.y >= 0.0 && to.y < 0.0 && !backwards { area + TAU } else { area }
+    }
+}
+
+/// `2 atan(k tan(α/2))` for the angle `α`, −π to π, of the vector `v`, without a cancellation near either end.
+fn excess(k: f64, v: DVec2) -> f64 {
+    let r = v.length();
+    if v.x >= 0.0 {
+        2.0 * (k * v.y).atan2(r + v.x)
+    } else {
+        2.0 * (k * (r - v.x).copysign(v.y)).atan2(v.y.abs())
     }
 }
 

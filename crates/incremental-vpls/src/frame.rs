@@ -10,7 +10,8 @@ use indirect_core::{Light, LightKind, Ray};
 use crate::pattern::Shape;
 use crate::settings::Density;
 
-/// What is nearer to a light than this share of the scene's diagonal is neither lit nor does it shade: as the maps of `rsm` see it.
+/// What is nearer to a light than this share of the scene's diagonal is neither lit nor does it shade: as the maps of
+/// `rsm` see it.
 const NEAR: f32 = 1e-5;
 
 /// Slack of a directional light's disc around the scene, relative to its radius.
@@ -93,8 +94,8 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// What to remember of a point of the domain where the light meets nothing, so that [`Frame::point_of_empty`] finds it from
-    /// wherever the light moves: a direction; for a directional light a position.
+    /// What to remember of a point of the domain where the light meets nothing, so that [`Frame::point_of_empty`]
+    /// finds it from wherever the light moves: a direction; for a directional light a position.
     pub(crate) fn empty_at(&self, point: DVec3) -> Vec3 {
         match self.kind {
             Kind::Beam(_) => self.ray(point).origin,
@@ -120,12 +121,12 @@ impl<'a> Frame<'a> {
                 let start = point.truncate().extend(-1.0) * f64::from(*radius);
                 Ray::new(self.origin + world(start), self.axes[2])
             }
-            Kind::Cone(cone) => self.from_origin(world(cone.direction(point)).normalize()),
-            Kind::Sphere => self.from_origin(world(point).normalize()),
+            Kind::Cone(cone) => self.ray_towards(world(cone.direction(point)).normalize()),
+            Kind::Sphere => self.ray_towards(world(point).normalize()),
         }
     }
 
-    fn from_origin(&self, w: Vec3) -> Ray {
+    fn ray_towards(&self, w: Vec3) -> Ray {
         Ray::new(self.origin + w * self.near, w)
     }
 
@@ -149,8 +150,8 @@ impl<'a> Frame<'a> {
         Ray { t_max: (1.0 - self.near / length).max(0.0), ..Ray::new(p, v) }
     }
 
-    /// What the Voronoi cells hold, for [`Pattern::cells`](crate::pattern::Pattern::cells): flux per unit of power, and solid angle (sr),
-    /// or the area across a directional light (m²).
+    /// What the Voronoi cells hold, for [`Pattern::cells`](crate::pattern::Pattern::cells): flux per unit of power,
+    /// and solid angle (sr), or the area across a directional light (m²).
     pub(crate) fn held(&self, s: f64) -> [f64; 2] {
         match &self.kind {
             Kind::Cone(cone) => cone.held(s),
@@ -169,8 +170,8 @@ impl<'a> Frame<'a> {
 
 /// The directions of a spot light and the flux among them.
 ///
-/// In `v = 1 − cosθ` the falloff of `KHR_lights_punctual` is `1` up to `flat` and `((rim − v)/soft)²` from there to the rim. Everything is
-/// divided by 2π sr.
+/// In `v = 1 − cosθ` the falloff of `KHR_lights_punctual` is `1` up to `flat` and `((rim − v)/soft)²` from there to
+/// the rim. Everything is divided by 2π sr.
 #[derive(Debug, Clone, Copy)]
 struct Cone {
     rim: f64,
@@ -277,7 +278,8 @@ mod tests {
                     let back = cone.point(w).expect("inside");
                     assert!(back.distance(p) < 1e-9, "{inner} {outer} {density:?}: {p} {back}");
                 }
-                // The rule of midpoints over the falloff itself, 1e5 steps: its kinks cost at most 1/steps² of the whole.
+                // The rule of midpoints over the falloff itself, 1e5 steps: its kinks cost at most 1/steps² of the
+                // whole.
                 let steps = 100_000;
                 let sum: f64 = (0..steps)
                     .map(|i| {

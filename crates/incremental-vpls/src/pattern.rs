@@ -1,10 +1,10 @@
-//! Points in a [`Shape`] with their Delaunay triangulation: where they are densest, where a new one fits best, and what share
-//! of the domain is nearest to each.
+//! Points in a [`Shape`] with their Delaunay triangulation: where they are densest, where a new one fits best, and
+//! what share of the domain is nearest to each.
 //!
-//! On the disc the triangulation is that of the plane. On the sphere it is the plane's too: stereographic projection from one of
-//! the points, the *pole*, maps circles to circles, so the triangles of the other points in the plane are those of the sphere,
-//! and the edges of their convex hull form triangles with the pole, which lies behind every line. Predicates are exact
-//! (`spade`), so that cocircular, collinear and coincident points are no special case.
+//! On the disc the triangulation is that of the plane. On the sphere it is the plane's too: stereographic projection
+//! from one of the points, the *pole*, maps circles to circles, so the triangles of the other points in the plane are
+//! those of the sphere, and the edges of their convex hull form triangles with the pole, which lies behind every line.
+//! Predicates are exact (`spade`), so that cocircular, collinear and coincident points are no special case.
 
 use glam::{DVec2, DVec3};
 use spade::handles::{DirectedEdgeHandle, FixedVertexHandle};
@@ -51,7 +51,8 @@ pub struct Pattern {
 
 impl Pattern {
     /// The pattern of `points`: positions on the disc (`z` is ignored), directions of any length on the sphere. What
-    /// [`Shape::accept`] refuses and what coincides with another point keeps its number, but is not part of the pattern.
+    /// [`Shape::accept`] refuses and what coincides with another point keeps its number, but is not part of the
+    /// pattern.
     #[must_use]
     pub fn new(shape: Shape, points: &[DVec3]) -> Self {
         let mut pattern = Self {
@@ -134,15 +135,15 @@ impl Pattern {
         (*self.live.get(id)?).then(|| self.points[id])
     }
 
-    /// Candidates that [`Pattern::insert_sparsest`] and edges that [`Pattern::remove_densest`] have looked at so far: a measure
-    /// of work that does not depend on the machine.
+    /// Candidates that [`Pattern::insert_sparsest`] and edges that [`Pattern::remove_densest`] have looked at so far:
+    /// a measure of work that does not depend on the machine.
     #[must_use]
     pub const fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Adds a point; its handle in the mesh, or `None` where it coincides with the pole or is the first on the sphere. The caller
-    /// made sure that it coincides with no other.
+    /// Adds a point; its handle in the mesh, or `None` where it coincides with the pole or is the first on the sphere.
+    /// The caller made sure that it coincides with no other.
     pub(crate) fn add(&mut self, p: DVec3, hint: Option<FixedVertexHandle>) -> Option<FixedVertexHandle> {
         let p = self.shape.accept(p)?;
         let id = self.points.len();
@@ -179,8 +180,8 @@ impl Pattern {
         })
     }
 
-    /// Sphere: where the face at the left of an edge is farthest from its three points, the centre of its circumscribed circle: the
-    /// outward normal of its plane. The third point of an outer face is the pole.
+    /// Sphere: where the face at the left of an edge is farthest from its three points, the centre of its
+    /// circumscribed circle: the outward normal of its plane. The third point of an outer face is the pole.
     pub(crate) fn centre(&self, edge: Edge<'_>) -> DVec3 {
         let [a, b] = edge.vertices().map(|v| self.at(*v.data()));
         let third = edge.opposite_vertex().map(|v| v.data().id).or(self.pole);

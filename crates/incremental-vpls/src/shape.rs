@@ -24,9 +24,9 @@ impl Shape {
         }
     }
 
-    /// `p` as a point of the domain: without `z`, or normalized; its coordinates rounded to 2⁻⁴⁰, so that points either coincide or
-    /// are far enough apart for the direction between them to have a meaning. `None` outside of the disc, for a zero vector and
-    /// for what is not finite.
+    /// `p` as a point of the domain: without `z`, or normalized; its coordinates rounded to 2⁻⁴⁰, so that points
+    /// either coincide or are far enough apart for the direction between them to have a meaning. `None` outside of the
+    /// disc, for a zero vector and for what is not finite.
     #[must_use]
     pub fn accept(self, p: DVec3) -> Option<DVec3> {
         if !p.is_finite() {
@@ -42,8 +42,8 @@ impl Shape {
 
     /// Distance of `p` to its own mirror image behind the rim, `2 (1 − |p|)`; infinite where there is no rim.
     ///
-    /// A point has half of its cell behind a rim that it lies on. To count the mirror image as a neighbour keeps points half of
-    /// their spacing away from it.
+    /// A point has half of its cell behind a rim that it lies on. To count the mirror image as a neighbour keeps
+    /// points half of their spacing away from it.
     #[must_use]
     pub(crate) fn rim(self, p: DVec3) -> f64 {
         match self {

@@ -1,5 +1,5 @@
-//! Where points are densest and where they are sparsest: removal and insertion by dispersion (Niederreiter 1992, as in Laine et al.
-//! 2007).
+//! Where points are densest and where they are sparsest: removal and insertion by dispersion (Niederreiter 1992, as in
+//! Laine et al. 2007).
 
 use core::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -33,8 +33,8 @@ struct Candidate {
     /// Radius of the circle; chord on the sphere.
     radius: f64,
     centre: DVec3,
-    /// Two vertices of an edge and the vertices beyond it at the left and right: where the mesh no longer has these, another
-    /// point has come into the circle.
+    /// Two vertices of an edge and the vertices beyond it at the left and right: where the mesh no longer has these,
+    /// another point has come into the circle.
     key: [u32; 4],
 }
 
@@ -63,13 +63,13 @@ fn beyond(edge: Edge<'_>) -> u32 {
 }
 
 impl Pattern {
-    /// Puts `count` points one by one into the largest empty circle. Fewer where there is no room left; the new points, which
-    /// have the next numbers.
+    /// Puts `count` points one by one into the largest empty circle. Fewer where there is no room left; the new
+    /// points, which have the next numbers.
     ///
     /// The centre of the largest empty circle is a vertex of the Voronoi diagram. On the disc its radius is bounded by
-    /// the distance to the mirror image behind the rim as well, `2 (1 − r)`: so a point keeps half of the spacing to the rim, where the
-    /// largest circle alone would put it onto the rim and half of its cell outside. Then the centre can also lie on a Voronoi edge,
-    /// where both are equal.
+    /// the distance to the mirror image behind the rim as well, `2 (1 − r)`: so a point keeps half of the spacing to
+    /// the rim, where the largest circle alone would put it onto the rim and half of its cell outside. Then the centre
+    /// can also lie on a Voronoi edge, where both are equal.
     ///
     /// `seed` chooses the first point where there is none. All others follow.
     pub fn insert_sparsest(&mut self, count: usize, seed: u32) -> Vec<DVec3> {
@@ -96,8 +96,8 @@ impl Pattern {
         added
     }
 
-    /// The largest empty circle whose centre could be a new point: how sparse the pattern is where it is sparsest. Infinite
-    /// without points.
+    /// The largest empty circle whose centre could be a new point: how sparse the pattern is where it is sparsest.
+    /// Infinite without points.
     #[must_use]
     pub fn dispersion(&mut self) -> f64 {
         let mut heap = BinaryHeap::new();
@@ -182,10 +182,8 @@ impl Pattern {
         let key = [a.index() as u32, b.index() as u32, beyond(edge), ANY];
         let (centre, radius) = match self.shape {
             Shape::Disc => {
-                let (middle, normal) = bisector(edge);
-                let t = centre_offset(edge);
-                let centre = (middle + normal * t).extend(0.0);
-                (centre, centre.distance(self.at(*a.data())))
+                let (centre, square) = circle(edge);
+                (centre.extend(0.0), square.sqrt())
             }
             Shape::Sphere => {
                 let centre = self.centre(edge);
@@ -198,14 +196,19 @@ impl Pattern {
     /// Disc: where the border of two cells is as far from its points as from the rim's mirror image.
     fn edge_candidates(&self, edge: Edge<'_>, out: &mut Vec<Candidate>) {
         let [a, b] = edge.vertices();
+        let p: DVec2 = self.at(*a.data()).truncate();
+        // What lies within a circle's radius of the point is at most that much nearer to the rim.
+        let square = circle(edge).1.max(circle(edge.rev()).1);
+        if 9.0 * square < self.shape.rim(p.extend(0.0)).powi(2) {
+            return;
+        }
+        let (right, left) = (-centre_offset(edge.rev()), centre_offset(edge));
         let (middle, normal) = bisector(edge);
         let (enter, leave) = clip(middle, normal);
-        let from = (-centre_offset(edge.rev())).max(enter);
-        let to = centre_offset(edge).min(leave);
+        let (from, to) = (right.max(enter), left.min(leave));
         if from >= to {
             return;
         }
-        let p: DVec2 = self.at(*a.data()).truncate();
         let at = |t: f64| middle + normal * t;
         // Concave along the line: both lengths are convex. So it is positive on one interval, or nowhere.
         let excess = |t: f64| 2.0 * (1.0 - at(t).length()) - at(t).distance(p);
@@ -245,81 +248,144 @@ impl Pattern {
 
     /// Removes `count` points, one after the other, from where they are densest; their numbers, in that order.
     ///
-    /// Of the two points that are nearest to each other the one goes whose next neighbour is nearer. On the disc the mirror
-    /// image behind the rim counts as a neighbour, see [`Pattern::insert_sparsest`]. The pole of a sphere stays while another
-    /// point is left.
+    /// Of the two points that are nearest to each other the one goes whose next neighbour is nearer. On the disc the
+    /// mirror image behind the rim counts as a neighbour, see [`Pattern::insert_sparsest`]. The pole of a sphere stays
+    /// while another point is left.
     pub fn remove_densest(&mut self, count: usize) -> Vec<usize> {
         let mut removed = Vec::with_capacity(count.min(self.len));
-        while removed.len() < count {
-            let Some(id) = self.densest() else { break };
-            removed.push(id);
+        // Near pairs alone, as long as they suffice: most pairs of a pattern are not.
+        let mut spacing = (self.shape.area() / self.len.max(1) as f64).sqrt();
+        while removed.len() < count && !self.is_empty() {
+            removed.extend(self.remove_closer(count - removed.len(), spacing));
+            spacing = if spacing < 2.0 { 2.0 * spacing } else { f64::INFINITY };
         }
         removed
     }
 
-    /// Removes one point.
-    fn densest(&mut self) -> Option<usize> {
-        // Nearest pair as (squared distance, handle, other number); a pair with the rim or the pole names that by a number of none.
-        let mut best: Option<(f64, FixedVertexHandle, Option<FixedVertexHandle>)> = None;
-        let mut offer = |square: f64, v: FixedVertexHandle, w: Option<FixedVertexHandle>| {
-            if best.is_none_or(|(least, ..)| square < least) {
-                best = Some((square, v, w));
-            }
-        };
+    /// The same while the two nearest are closer than `spacing`: at most `count` points.
+    pub fn remove_closer(&mut self, count: usize, spacing: f64) -> Vec<usize> {
+        let mut removed = Vec::with_capacity(count.min(self.len));
+        if count == 0 {
+            return removed;
+        }
+        let mut handles = vec![None; self.points.len()];
+        let mut near = Vec::new();
+        for v in self.mesh.vertices() {
+            handles[v.data().id] = Some(v.fix());
+            near.extend(self.pair(v.data().id, None, spacing));
+        }
         for edge in self.mesh.undirected_edges() {
-            let [v, w] = edge.vertices();
-            offer(self.at(*v.data()).distance_squared(self.at(*w.data())), v.fix(), Some(w.fix()));
+            let [v, w] = edge.vertices().map(|v| v.data().id);
+            near.extend(self.pair(v, Some(w), spacing));
         }
-        match (self.shape, self.pole) {
-            (Shape::Disc, _) => {
-                for v in self.mesh.vertices() {
-                    offer(self.shape.rim(self.at(*v.data())).powi(2), v.fix(), None);
+        self.steps += near.len() as u64;
+        let mut pairs = BinaryHeap::from(near);
+        while removed.len() < count {
+            let Some(Pair { ids: (v, w), .. }) = pairs.pop() else { break };
+            self.steps += 1;
+            if !self.live[v] || w.is_some_and(|w| !self.live[w]) {
+                continue;
+            }
+            let goes = match w {
+                Some(w) if self.second_nearest(handles[w], v) < self.second_nearest(handles[v], w) => w,
+                _ => v,
+            };
+            let Some(handle) = handles[goes] else { continue };
+            let ring: Vec<usize> = self.mesh.vertex(handle).out_edges().map(|e| e.to().data().id).collect();
+            self.mesh.remove(handle);
+            self.live[goes] = false;
+            self.len -= 1;
+            removed.push(goes);
+            // The last vertex has moved to the free place.
+            if let Some(v) = self.mesh.get_vertex(handle) {
+                handles[v.data().id] = Some(handle);
+            }
+            // The nearest two have an edge between them. One that was not there closes the hole.
+            for &v in &ring {
+                let Some(v) = handles[v] else { continue };
+                for edge in self.mesh.vertex(v).out_edges() {
+                    let [v, w] = edge.vertices().map(|v| v.data().id);
+                    if v < w && ring.contains(&w) {
+                        self.steps += 1;
+                        pairs.extend(self.pair(v, Some(w), spacing));
+                    }
                 }
             }
-            (Shape::Sphere, Some(pole)) => {
-                let pole = self.points[pole];
-                for edge in self.outer_edges() {
-                    offer(self.at(*edge.from().data()).distance_squared(pole), edge.from().fix(), None);
-                }
-                if self.mesh.num_undirected_edges() == 0
-                    && let Some(v) = self.mesh.vertices().next()
-                {
-                    offer(self.at(*v.data()).distance_squared(pole), v.fix(), None);
-                }
-            }
-            (Shape::Sphere, None) => {}
         }
-        self.steps += self.mesh.num_undirected_edges() as u64;
-        let Some((_, v, w)) = best else {
-            // The pole alone, or nothing.
-            let pole = self.pole.take()?;
+        // The pole alone.
+        if removed.len() < count
+            && spacing == f64::INFINITY
+            && let Some(pole) = self.pole.take()
+        {
             self.live[pole] = false;
             self.len -= 1;
-            return Some(pole);
-        };
-        let goes = match w {
-            Some(w) if self.second_nearest(w, v) < self.second_nearest(v, w) => w,
-            _ => v,
-        };
-        let id = self.mesh.remove(goes).id;
-        self.live[id] = false;
-        self.len -= 1;
-        Some(id)
+            removed.push(pole);
+        }
+        removed
     }
 
-    /// Squared distance from `v` to its nearest neighbour but `other`.
-    fn second_nearest(&self, v: FixedVertexHandle, other: FixedVertexHandle) -> f64 {
-        let v = self.mesh.vertex(v);
-        let p = self.at(*v.data());
-        let mut least = match self.pole {
-            Some(pole) => p.distance_squared(self.points[pole]),
-            None => self.shape.rim(p).powi(2),
+    /// Two neighbours, or a point and what all have for a neighbour (pole, rim), if they are closer than `spacing`.
+    fn pair(&self, v: usize, w: Option<usize>, spacing: f64) -> Option<Pair> {
+        let p = self.points[v];
+        let distance = match w.or(self.pole) {
+            Some(w) => p.distance(self.points[w]),
+            None => self.shape.rim(p),
         };
-        for edge in v.out_edges().filter(|e| e.to().fix() != other) {
-            least = least.min(p.distance_squared(self.at(*edge.to().data())));
-        }
-        least
+        (distance < spacing).then_some(Pair { distance, ids: (v, w) })
     }
+
+    /// Distance from the vertex `v` to its nearest neighbour but `other`.
+    fn second_nearest(&self, v: Option<FixedVertexHandle>, other: usize) -> f64 {
+        let Some(v) = v.and_then(|v| self.mesh.get_vertex(v)) else { return f64::INFINITY };
+        let p = self.at(*v.data());
+        let least = match self.pole {
+            Some(pole) => p.distance(self.points[pole]),
+            None => self.shape.rim(p),
+        };
+        let others = v.out_edges().filter(|e| e.to().data().id != other);
+        others.map(|e| p.distance(self.at(*e.to().data()))).fold(least, f64::min)
+    }
+}
+
+/// Two points and how near to each other they are; the second is `None` for the pole or the rim. The nearest is the
+/// greatest.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    distance: f64,
+    ids: (usize, Option<usize>),
+}
+
+impl Ord for Pair {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then_with(|| other.ids.cmp(&self.ids))
+    }
+}
+
+impl PartialOrd for Pair {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Pair {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Pair {}
+
+/// Disc: centre and squared radius of the circle around the face at an edge's left; infinite for the outer face and
+/// for one without area.
+fn circle(edge: Edge<'_>) -> (DVec2, f64) {
+    let none = (DVec2::INFINITY, f64::INFINITY);
+    let Some(third) = edge.opposite_vertex() else { return none };
+    let [a, b] = edge.positions().map(|p| DVec2::new(p.x, p.y));
+    let p = third.position();
+    let (u, v) = (b - a, DVec2::new(p.x, p.y) - a);
+    let twice_area = u.perp_dot(v);
+    let from_a = (u.perp() * v.length_squared() - v.perp() * u.length_squared()) * (0.5 / twice_area);
+    if twice_area > 0.0 { (a + from_a, from_a.length_squared()) } else { none }
 }
 
 /// Point `index` of an even sequence over the domain.

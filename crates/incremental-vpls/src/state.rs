@@ -98,8 +98,8 @@ impl State {
         &self.vpls
     }
 
-    /// For each light its slot, `0..count`, which it has to itself for as long as it is kept: what was made for it alone (a shadow
-    /// map, a list of what it sees) is found there.
+    /// For each light its slot, `0..count`, which it has to itself for as long as it is kept: what was made for it
+    /// alone (a shadow map, a list of what it sees) is found there.
     #[must_use]
     pub fn slots(&self) -> &[u32] {
         &self.slots
@@ -107,7 +107,8 @@ impl State {
 
     /// For each light whether this frame made it: what its slot holds is that of another light.
     ///
-    /// A light that had no flux for some frames, because the light it comes from was switched off, is not new when it has again.
+    /// A light that had no flux for some frames, because the light it comes from was switched off, is not new when it
+    /// has again.
     #[must_use]
     pub fn fresh(&self) -> &[bool] {
         &self.fresh
@@ -123,10 +124,10 @@ impl State {
 
     /// The lights of the next frame: of `light` as it is now, in the scene of `accel` as it is now.
     ///
-    /// A light stays while its surface still exists and lies in the light's domain, is lit from the same side, and nothing
-    /// stands between; it goes with a surface that moves, as long as triangles keep their numbers. The fluxes of all
-    /// lights follow from their Voronoi cells of this frame. A light that can send nothing anywhere (no scene, a position that is
-    /// not finite, a cone without opening) leaves no lights.
+    /// A light stays while its surface still exists and lies in the light's domain, is lit from the same side, and
+    /// nothing stands between; it goes with a surface that moves, as long as triangles keep their numbers. The fluxes
+    /// of all lights follow from their Voronoi cells of this frame. A light that can send nothing anywhere (no scene,
+    /// a position that is not finite, a cone without opening) leaves no lights.
     pub fn update(&mut self, accel: &Accel<'_>, light: &Light) -> Update {
         let before = core::mem::take(&mut self.sites);
         let mut update = Update { removed: before.len() as u32, ..Update::default() };
@@ -170,10 +171,13 @@ impl State {
 
     /// Makes room in the pattern and fills it; the new points, which follow the `kept` ones.
     fn spread(&self, pattern: &mut Pattern, kept: usize) -> Vec<DVec3> {
-        let Settings { count, recalc_min, recalc_max, seed, start, .. } = self.settings;
+        let Settings { count, recalc_min, recalc_max, evenness, seed, start, .. } = self.settings;
         let count = count as usize;
+        let most = (recalc_max as usize).min(count);
+        let spacing = f64::from(evenness) * (pattern.shape().area() / count as f64).sqrt();
+        pattern.remove_closer(most.saturating_sub(count - pattern.len()), spacing);
         let room = count - pattern.len();
-        let new = room.clamp(recalc_min as usize, recalc_max as usize).min(count);
+        let new = room.clamp((recalc_min as usize).min(count), most);
         pattern.remove_densest(new.saturating_sub(room));
         if !pattern.is_empty() {
             return pattern.insert_sparsest(new, seed);
@@ -250,8 +254,8 @@ fn lit(surface: &Surface, normal: Vec3, towards: Vec3, distance: f32) -> Lit {
     Lit { position, normal, albedo, distance, cosine: normal.dot(towards) }
 }
 
-/// The light that a surface becomes with the flux and the solid angle (area, for a directional light) of its cell; `None` without
-/// flux.
+/// The light that a surface becomes with the flux and the solid angle (area, for a directional light) of its cell;
+/// `None` without flux.
 fn reflect(frame: &Frame<'_>, lit: &Lit, [flux, across]: [f64; 2]) -> Option<Vpl> {
     let window = frame.light.range_window(lit.distance);
     let flux = lit.albedo * frame.light.power * (flux as f32 * window);

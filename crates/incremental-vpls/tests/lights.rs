@@ -83,8 +83,8 @@ fn flux_is_that_of_the_reflective_shadow_map() {
             let mut state = State::new(Settings { density, ..settings(200) }).unwrap();
             state.rebuild(&accel, &light);
             let found = flux(state.vpls());
-            // Everything is lit and has one albedo, so that no cell is cut: what is left is the map's error, 1e-3 at 512² (the rule of
-            // midpoints over a cone, see the tests of rsm), and f32.
+            // Everything is lit and has one albedo, so that no cell is cut: what is left is the map's error, 1e-3 at
+            // 512² (the rule of midpoints over a cone, see the tests of rsm), and f32.
             assert!((found / expected - 1.0).abs().max_element() < 1e-3, "{kind:?}: {found} {expected}");
             // Without the albedo it would be off by a fifth in red already.
             let incident = found.x / f64::from(ALBEDO.x);
@@ -95,9 +95,9 @@ fn flux_is_that_of_the_reflective_shadow_map() {
 
 #[test]
 fn flux_that_misses_the_scene_is_left_out() {
-    // Less than half of the light of these meets the floor. Each cell is all or nothing by its point: those that the border of the lit
-    // region crosses are wrong by up to half of theirs. With n cells it crosses about 4 √(n share) of them; signs are as good as
-    // random, so 3 √(4 √(n share)) · 0.5/n of the whole, twice that for the cells' sizes.
+    // Less than half of the light of these meets the floor. Each cell is all or nothing by its point: those that the
+    // border of the lit region crosses are wrong by up to half of theirs. With n cells it crosses about 4 √(n share)
+    // of them; signs are as good as random, so 3 √(4 √(n share)) · 0.5/n of the whole, twice that for the cells' sizes.
     let scene = floor(1.0);
     let n = 1024;
     let cases = [
@@ -135,8 +135,9 @@ fn areas_are_footprints() {
     state.rebuild(&accel, &light(LightKind::Point { position: Vec3::Y }));
     let within = |v: &&Vpl| v.position.length() < 1.0;
     let area: f64 = state.vpls().iter().filter(within).map(|v| f64::from(v.area)).sum();
-    // The cone of 45° holds n (1 − cos 45°)/2 = 293 cells; its border crosses 2 √(π 293) = 61 of them: √61/2/293 of the area, 3 times.
-    // The footprint is that of the point's own slope: its variation over a cell of 0.08 rad adds 1e-2.
+    // The cone of 45° holds n (1 − cos 45°)/2 = 293 cells; its border crosses 2 √(π 293) = 61 of them: √61/2/293 of
+    // the area, 3 times. The footprint is that of the point's own slope: its variation over a cell of 0.08 rad adds
+    // 1e-2.
     assert!((area / PI - 1.0).abs() < 0.05, "{area}");
     // Without the cosine a third would be missing.
     let bare: f64 = state
@@ -158,7 +159,7 @@ fn a_light_that_rests_keeps_all_its_lights() {
         LightKind::Directional { direction: Vec3::NEG_Y },
     ] {
         let light = light(kind);
-        let mut state = State::new(Settings { recalc_min: 0, ..settings(300) }).unwrap();
+        let mut state = State::new(Settings { recalc_min: 0, evenness: 0.0, ..settings(300) }).unwrap();
         let first = state.update(&accel, &light);
         assert_eq!((first.reused, first.inserted + first.empty), (0, 300));
         let (vpls, slots) = (state.vpls().to_vec(), state.slots().to_vec());
@@ -233,28 +234,32 @@ fn what_a_moving_light_keeps_is_lit() {
 fn lights_go_with_their_surface_and_die_behind_another() {
     let scene = floor(2.0);
     let light = light(spot(Vec3::Y * 2.0, Vec3::NEG_Y));
-    let mut state = State::new(Settings { recalc_min: 0, ..settings(128) }).unwrap();
+    let mut state = State::new(Settings { recalc_min: 0, evenness: 0.0, ..settings(128) }).unwrap();
     state.update(&Accel::build(&scene, BuildPreset::Fast), &light);
     let before = state.vpls().to_vec();
     // The floor moves sideways: lights in the cone's middle go with it.
     let mut moved = scene.clone();
-    let step = Vec3::new(0.4, 0.0, 0.0);
+    let step = Vec3::new(0.8, 0.0, 0.0);
     moved.mesh.positions.iter_mut().for_each(|p| *p += step);
     let update = state.update(&Accel::build(&moved, BuildPreset::Fast), &light);
-    assert!(update.reused > 80 && update.removed > 0, "{update:?}");
+    assert!(update.reused > 64 && update.removed > 0, "{update:?}");
     let kept = state.vpls().iter().zip(state.fresh()).filter(|(_, fresh)| !**fresh);
-    assert!(kept.clone().count() > 80);
+    assert!(kept.clone().count() > 64);
     for (v, _) in kept {
         assert!(before.iter().any(|b| (b.position + step).distance(v.position) < 1e-6));
     }
     // Something comes between: half of the cone is dark, and what is new lies on it.
     let mut covered = scene.clone();
     push_square(&mut covered, Vec3::new(1.0, 1.0, 0.0), 1.0, Mat3::IDENTITY);
-    let mut state = State::new(Settings { recalc_min: 0, recalc_max: 128, ..settings(128) }).unwrap();
+    let mut state =
+        State::new(Settings { recalc_min: 0, evenness: 0.0, recalc_max: 128, ..settings(128) }).unwrap();
     state.update(&Accel::build(&scene, BuildPreset::Fast), &light);
     let update = state.update(&Accel::build(&covered, BuildPreset::Fast), &light);
     assert!((50..80).contains(&update.reused) && update.reused + update.inserted == 128, "{update:?}");
-    assert!(state.vpls().iter().zip(state.fresh()).all(|(v, &fresh)| fresh == (v.position.y > 0.5)));
+    // Its shadow on the floor is where x is positive.
+    let kept = state.vpls().iter().zip(state.fresh()).filter(|(_, fresh)| !**fresh);
+    assert!(kept.into_iter().all(|(v, _)| v.position.y < 0.5 && v.position.x < 1e-3));
+    assert!(state.vpls().iter().filter(|v| v.position.y > 0.5).count() > 40);
     // The scene is gone, and comes back.
     let nothing = Scene::default();
     let update = state.update(&Accel::build(&nothing, BuildPreset::Fast), &light);
@@ -328,7 +333,7 @@ proptest! {
             s
         }];
         let settings = Settings {
-            count, recalc_min, recalc_max: recalc_min.max(more), seed: count,
+            count, recalc_min, recalc_max: recalc_min.max(more), evenness: 0.01 * (count as f32), seed: count,
             density: Density::ALL[usize::from(flux_density)], start: Start::ALL[usize::from(sequence)],
         };
         let mut state = State::new(settings).unwrap();
