@@ -46,6 +46,8 @@ struct Site {
     place: Place,
     slot: u32,
     fresh: bool,
+    /// Whether it was a light with flux in this or an earlier frame.
+    listed: bool,
 }
 
 /// A lit surface point as the light sees it in this frame.
@@ -105,10 +107,10 @@ impl State {
         &self.slots
     }
 
-    /// For each light whether this frame made it: what its slot holds is that of another light.
+    /// For each light whether it is in the list for the first time: what its slot holds is that of another light.
     ///
-    /// A light that had no flux for some frames, because the light it comes from was switched off, is not new when it
-    /// has again.
+    /// It may have been made in an earlier frame, if it had no flux then because the light that it comes from was
+    /// switched off.
     #[must_use]
     pub fn fresh(&self) -> &[bool] {
         &self.fresh
@@ -154,17 +156,19 @@ impl State {
 
         let cells = pattern.cells(|s| frame.held(s));
         for (id, s) in seen.iter().enumerate().filter(|(id, _)| pattern.point(*id).is_some()) {
-            self.sites.push(s.site);
-            match (&s.lit, s.site.fresh) {
+            let mut site = s.site;
+            match (&s.lit, site.fresh) {
                 (None, _) => update.empty += 1,
                 (Some(_), true) => update.inserted += 1,
                 (Some(_), false) => update.reused += 1,
             }
             if let Some(vpl) = s.lit.and_then(|lit| reflect(&frame, &lit, cells[id])) {
                 self.vpls.push(vpl);
-                self.slots.push(s.site.slot);
-                self.fresh.push(s.site.fresh);
+                self.slots.push(site.slot);
+                self.fresh.push(!site.listed);
+                site.listed = true;
             }
+            self.sites.push(site);
         }
         update
     }
@@ -246,7 +250,7 @@ fn trace(frame: &Frame<'_>, accel: &Accel<'_>, point: DVec3, slot: u32) -> Seen 
         Some((place, lit(&surface, normal, towards, distance)))
     });
     let place = found.map_or_else(|| Place::Empty(frame.empty_at(point)), |f| f.0);
-    Seen { site: Site { place, slot, fresh: true }, point, lit: found.map(|f| f.1) }
+    Seen { site: Site { place, slot, fresh: true, listed: false }, point, lit: found.map(|f| f.1) }
 }
 
 fn lit(surface: &Surface, normal: Vec3, towards: Vec3, distance: f32) -> Lit {

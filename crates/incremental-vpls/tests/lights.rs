@@ -287,6 +287,24 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
+fn a_light_that_is_switched_on_again_has_its_lights_anew_or_as_they_were() {
+    let scene = room();
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let on = light(LightKind::Point { position: Vec3::splat(0.3) });
+    let off = Light { power: Vec3::ZERO, ..on.clone() };
+    let mut state = State::new(Settings { recalc_min: 0, evenness: 0.0, ..settings(64) }).unwrap();
+    let update = state.update(&accel, &off);
+    assert!(update.inserted == 64 && state.vpls().is_empty());
+    // Nobody saw them yet.
+    state.update(&accel, &on);
+    assert!(state.vpls().len() == 64 && state.fresh().iter().all(|&f| f));
+    state.update(&accel, &off);
+    assert!(state.vpls().is_empty());
+    state.update(&accel, &on);
+    assert!(state.vpls().len() == 64 && state.fresh().iter().all(|&f| !f));
+}
+
+#[test]
 fn settings_are_checked() {
     assert!(State::new(Settings { count: 0, ..Settings::default() }).is_err());
     assert!(State::new(Settings { count: 5000, ..Settings::default() }).is_err());
