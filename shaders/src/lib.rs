@@ -140,7 +140,8 @@ modules! {
     INSTANT_RADIOSITY_BOUNCE = [
         "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
         "accel/layout.wgsl",
-        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/bounce.wgsl",
+        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/footprint.wgsl", "instant_radiosity/bounce.wgsl",
     ] => ["bounce_rays"];
     /// What virtual lights have in common; twin of `instant_radiosity::cpu::summary`.
     INSTANT_RADIOSITY_SUMMARY = [
@@ -157,6 +158,12 @@ modules! {
         "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
         "instant_radiosity/shadow_open.wgsl", "instant_radiosity/lights.wgsl", "instant_radiosity/gather.wgsl",
     ] => ["gather"];
+    /// The same with imperfect shadow maps.
+    INSTANT_RADIOSITY_GATHER_MAPS = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "ism/layout.wgsl", "ism/query.wgsl",
+        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl", "instant_radiosity/lights.wgsl",
+        "instant_radiosity/gather.wgsl",
+    ] => ["gather"];
     /// What bounding virtual lights removes; twin of `instant_radiosity::cpu::compensate`.
     INSTANT_RADIOSITY_COMPENSATE = [
         "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
@@ -171,6 +178,19 @@ modules! {
         "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_open.wgsl",
         "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
     ] => ["compensate"];
+    /// The same with imperfect shadow maps.
+    INSTANT_RADIOSITY_COMPENSATE_MAPS = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl", "ism/query.wgsl",
+        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl", "instant_radiosity/lights.wgsl",
+        "instant_radiosity/compensate.wgsl",
+    ] => ["compensate"];
+    /// Virtual lights of the next bounce among points of the scene; twin of `instant_radiosity::cpu::bounce_points`.
+    INSTANT_RADIOSITY_POINTS = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "accel/layout.wgsl",
+        "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/footprint.wgsl", "instant_radiosity/points.wgsl",
+    ] => ["bounce_points"];
     /// Where pixels' surfaces were in the frame before; twin of `instant_radiosity::cpu::movement`.
     INSTANT_RADIOSITY_MOVEMENT = [
         "core/grid.wgsl", "sampling/rng.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/movement.wgsl",

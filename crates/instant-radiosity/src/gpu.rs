@@ -4,12 +4,14 @@
 //! eight storage buffers that every device binds.
 
 use glam::{Vec2, Vec4};
+use imperfect_shadow_maps::gpu::Atlas;
 use indirect_accel::gpu::{AccelBuffers, TreeSizes};
 use indirect_core::settings::Settings;
 use indirect_core::{Light, LightKind};
 use indirect_gpu::shaders::{
-    INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT,
-    INSTANT_RADIOSITY_GATHER, INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE, INSTANT_RADIOSITY_MOVEMENT,
+    INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_MAPS,
+    INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT, INSTANT_RADIOSITY_GATHER, INSTANT_RADIOSITY_GATHER_MAPS,
+    INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE, INSTANT_RADIOSITY_MOVEMENT, INSTANT_RADIOSITY_POINTS,
     INSTANT_RADIOSITY_SUMMARY,
 };
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
@@ -21,17 +23,23 @@ use indirect_technique::gpu::{Data, Exchange};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
 use crate::cpu::Parts;
-use crate::layout::{BounceRange, Emitter, FrameSettings, LightRange, PunctualLight, Summary, TriangleSurface};
+use crate::layout::{
+    BounceRange, Emitter, FrameSettings, LightRange, PointChoice, PunctualLight, Summary, TriangleSurface,
+};
 use crate::output::Output;
 use crate::passes::InstantRadiosity;
 use crate::sequence::{Use, points};
-use crate::settings::{Options, Visibility};
+use crate::settings::{Bounce, Options, Visibility};
 use crate::setup::Setup;
 
 /// Buffers and passes of the technique.
 pub type Resources = indirect_technique::gpu::Resources<InstantRadiosity>;
 
 type Build<'a> = indirect_technique::gpu::Build<'a, InstantRadiosity>;
+
+/// Punctual lights that light the ends of paths, as `compensate.wgsl` declares them: what a uniform buffer of any device holds. More
+/// are left out there.
+const LIGHTS: usize = 1024;
 
 /// What the lengths of buffers follow from.
 #[derive(Debug, Clone)]
@@ -50,6 +58,13 @@ impl Sizes {
     /// Points of all runs of `bounce`.
     fn bounce_points(&self) -> u64 {
         (0..self.setup.runs()).map(|k| u64::from(self.setup.run(k).count)).sum()
+    }
+
+    /// Points and shadow maps, where there are points; one map where nothing asks them.
+    fn atlas(&self) -> Option<[u32; 2]> {
+        let options = &self.setup.options;
+        let tiles = if options.visibility == Visibility::Maps { options.slots() } else { 1 };
+        options.has_points().then(|| [self.setup.fitted.points.len() as u32, tiles])
     }
 
     /// Pixels, or none where movement is not followed.
@@ -77,8 +92,10 @@ buffers! {
         summary: [Summary] + UNIFORM = |_| 1;
         /// Triangles as light leaves them.
         surfaces: [TriangleSurface] = |s| s.setup.fitted.surfaces.len() as u64;
+        /// How many virtual lights have shadow maps.
+        count: [u32] = |_| 1;
         /// Punctual lights, for the ends of paths.
-        punctual_lights: [PunctualLight] = |s| s.maps as u64;
+        punctual_lights: [PunctualLight] + UNIFORM = |_| LIGHTS as u64;
         /// Vertices of the triangles, where movement is followed.
         mesh_triangles: [[u32; 4]] = |s| if s.setup.follows_motion() { s.setup.fitted.triangles.len() as u64 } else { 0 };
         /// Their positions, metres.
@@ -117,8 +134,10 @@ pub struct Buffers {
     pub slots: VplSlots,
     /// The scene for rays.
     pub accel: AccelBuffers,
-    /// One per run of `bounce`.
-    runs: Vec<Buffer>,
+    /// The points of the scene and the shadow maps, where there are any.
+    pub atlas: Option<Atlas>,
+    /// One per run of `bounce`: its range, and how it chooses.
+    runs: Vec<[Buffer; 2]>,
     /// One per range of lights.
     ranges: Vec<Buffer>,
     pub(crate) setup: Setup,
@@ -165,6 +184,10 @@ impl Buffers {
             area: fitted.area,
             moving: fitted.moved().into(),
             path_tests: options.path_tests(),
+            paths: params.paths,
+            pad0: 0,
+            pad1: 0,
+            pad2: 0,
         };
         queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
         if self.setup.from_maps() > 0 {
@@ -175,6 +198,8 @@ impl Buffers {
         let mut of_bounces = Vec::new();
         for k in 0..self.setup.runs() {
             let run = self.setup.run(k);
+            let choice = self.setup.choice(run, frame);
+            queue.write_buffer(&self.runs[k as usize][1], 0, bytemuck::bytes_of(&choice));
             of_bounces.extend(points(&self.setup, Use::Bounce(run.bounce), frame, run.count));
         }
         queue.write_buffer(&self.own.bounce_points, 0, bytemuck::cast_slice(&of_bounces));
@@ -185,6 +210,10 @@ impl Buffers {
         let fitted = &self.setup.fitted;
         queue.write_buffer(&self.own.emitters, 0, bytemuck::cast_slice(&fitted.emitters));
         queue.write_buffer(&self.own.surfaces, 0, bytemuck::cast_slice(&fitted.surfaces));
+        if let Some(atlas) = &self.atlas {
+            atlas.write(queue, &fitted.points);
+            atlas.prepare(queue, &self.setup.options.shadow_maps());
+        }
         if self.setup.follows_motion() {
             let triangles: Vec<[u32; 4]> = fitted.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]).collect();
             queue.write_buffer(&self.own.mesh_triangles, 0, bytemuck::cast_slice(&triangles));
@@ -233,7 +262,13 @@ impl GpuTechnique for InstantRadiosity {
             .and(VplSlots::plan(s.selection(), resolution, s.maps))
             .and(AccelBuffers::plan(&TreeSizes::of(&s.setup.fitted.tree)))
             .and(OwnBuffers::plan(s));
-        (0..s.setup.runs()).for_each(|_| plan.uniform::<BounceRange>("range"));
+        if let Some([points, tiles]) = s.atlas() {
+            plan = plan.and(Atlas::plan(&s.setup.options.shadow_maps(), points, tiles));
+        }
+        (0..s.setup.runs()).for_each(|_| {
+            plan.uniform::<BounceRange>("range");
+            plan.uniform::<PointChoice>("choice");
+        });
         ranges(&s.setup.options).for_each(|_| plan.uniform::<LightRange>("lights_range"));
         plan
     }
@@ -250,13 +285,15 @@ impl GpuTechnique for InstantRadiosity {
                 point_first: first,
             };
             first += run.count;
-            uniform_buffer(device, "range", &range)
+            [uniform_buffer(device, "range", &range), uniform_buffer(device, "choice", &PointChoice::default())]
         };
+        let atlas = |[points, tiles]: [u32; 2]| Atlas::new(device, &setup.options.shadow_maps(), points, tiles);
         let buffers = Buffers {
             rsm: Maps::new(device, resolution, s.maps)?,
             own: OwnBuffers::new(device, s)?,
             slots: VplSlots::new(device, s.selection(), resolution, s.maps)?,
             accel: AccelBuffers::upload(device, queue, &setup.fitted.tree)?,
+            atlas: s.atlas().map(atlas).transpose()?,
             runs: (0..setup.runs()).map(run).collect(),
             ranges: ranges(&setup.options).map(|r| uniform_buffer(device, "lights_range", &r)).collect(),
             setup: setup.clone(),
@@ -265,12 +302,14 @@ impl GpuTechnique for InstantRadiosity {
             frame: 0,
         };
         buffers.write_geometry(queue);
+        queue.write_buffer(&buffers.own.count, 0, bytemuck::bytes_of(&setup.options.slots()));
         Ok(buffers)
     }
 
     fn named(b: &Buffers) -> Vec<Named<'_>> {
         let mut all = b.own.named();
         all.extend(b.accel.named());
+        all.extend(b.atlas.iter().flat_map(|a| a.buffers.named()));
         all
     }
 
@@ -285,7 +324,7 @@ impl GpuTechnique for InstantRadiosity {
         }
         b.write_movement(queue);
         let lights: Vec<_> = inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
-        let lights = &lights[..lights.len().min(b.rsm.maps.len())];
+        let lights = &lights[..lights.len().min(LIGHTS)];
         queue.write_buffer(&b.own.punctual_lights, 0, bytemuck::cast_slice(lights));
         b.lights = lights.len() as u32;
         let view = ViewUniform::new(inputs.camera, b.size, 0);
@@ -328,8 +367,21 @@ pub(crate) fn emit(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 }
 
 pub(crate) fn bounce(b: &Build<'_>, pass: &mut Pass, number: u32) -> Result<(), GpuError> {
-    let own = [named("range", &b.buffers.runs[number as usize])];
-    b.compute(pass, (&INSTANT_RADIOSITY_BOUNCE, "bounce_rays"), b.setup.run(number).count.into(), &own)
+    let [range, choice] = &b.buffers.runs[number as usize];
+    let own = [named("range", range), named("choice", choice)];
+    let entry = if b.setup.options.bounce == Bounce::Rays {
+        (&INSTANT_RADIOSITY_BOUNCE, "bounce_rays")
+    } else {
+        (&INSTANT_RADIOSITY_POINTS, "bounce_points")
+    };
+    b.compute(pass, entry, b.setup.run(number).count.into(), &own)
+}
+
+pub(crate) fn shadows(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let Some(atlas) = &b.buffers.atlas else { return Ok(()) };
+    atlas.splat(b.pipelines, pass, b.named())?;
+    atlas.pull(b.pipelines, pass, b.named())?;
+    atlas.push(b.pipelines, pass, b.named())
 }
 
 pub(crate) fn summary(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
@@ -342,7 +394,8 @@ pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let invocations = across * down * u64::from(n * n);
     let module = match b.setup.options.visibility {
         Visibility::Rays => &INSTANT_RADIOSITY_GATHER,
-        Visibility::Maps | Visibility::Off => &INSTANT_RADIOSITY_GATHER_OPEN,
+        Visibility::Maps => &INSTANT_RADIOSITY_GATHER_MAPS,
+        Visibility::Off => &INSTANT_RADIOSITY_GATHER_OPEN,
     };
     b.buffers.ranges.iter().try_for_each(|range| {
         let own = [named("lights_range", range), named("gathered", &b.buffers.own.image)];
@@ -353,7 +406,8 @@ pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 pub(crate) fn compensate(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let module = match b.setup.options.visibility {
         Visibility::Rays => &INSTANT_RADIOSITY_COMPENSATE,
-        Visibility::Maps | Visibility::Off => &INSTANT_RADIOSITY_COMPENSATE_OPEN,
+        Visibility::Maps => &INSTANT_RADIOSITY_COMPENSATE_MAPS,
+        Visibility::Off => &INSTANT_RADIOSITY_COMPENSATE_OPEN,
     };
     b.compute(pass, (module, "compensate"), b.sizes.pixels, &[named("gathered", &b.buffers.own.image)])
 }

@@ -138,5 +138,24 @@ indirect_core::wgsl_struct! {
         pub(crate) area: f32,
         pub(crate) moving: u32,
         pub(crate) path_tests: u32,
+        pub(crate) paths: f32,
+        pub(crate) pad0: u32,
+        pub(crate) pad1: u32,
+        pub(crate) pad2: u32,
+    }
+}
+
+indirect_core::wgsl_struct! {
+    /// How a run of `bounce` chooses among points of the scene.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+    pub struct PointChoice = "PointChoice" {
+        /// Points of each virtual light.
+        pub each: u32,
+        /// 1 where the brightest is taken, with its own light alone, as the thesis prints it.
+        pub brightest: u32,
+        /// Chooses the points of each light, and among them.
+        pub seed: u32,
+        /// Fills the row.
+        pub pad0: u32,
     }
 }

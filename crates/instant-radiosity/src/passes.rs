@@ -1,4 +1,5 @@
 use indirect_core::Image;
+use indirect_sampling::rng::hash_combine;
 #[cfg(feature = "cpu")]
 use indirect_filter::cpu::shade;
 use indirect_technique::{Row, Technique, passes};
@@ -13,7 +14,8 @@ use crate::gpu;
 use crate::output::Output;
 #[cfg(feature = "cpu")]
 use crate::sequence::{Use, points};
-use crate::settings::{Options, Params, Switch, Visibility};
+use crate::layout::PointChoice;
+use crate::settings::{Bounce, Options, Params, Switch, Visibility};
 use crate::setup::Setup;
 
 /// The technique.
@@ -46,6 +48,15 @@ impl Setup {
     }
 }
 
+impl Setup {
+    /// How a run of `bounce` chooses among points.
+    pub(crate) fn choice(&self, run: BounceRun, frame: u32) -> PointChoice {
+        let seed = hash_combine(hash_combine(self.params.seed, run.bounce), frame);
+        let brightest = u32::from(self.options.bounce == Bounce::Brightest);
+        PointChoice { each: self.options.points_per_map, brightest, seed, pad0: 0 }
+    }
+}
+
 /// Which virtual lights send rays, and where those that the rays find go.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BounceRun {
@@ -72,24 +83,27 @@ fn frame_number(setup: &Setup, output: &Output) -> u32 {
 fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec4> {
     let (tests, frame) = (f.setup.options.tests(), frame_number(f.setup, o));
     match f.setup.options.visibility {
-        Visibility::Rays => {
-            cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, frame)
-        }
-        Visibility::Maps | Visibility::Off => cpu::gather(&lights(o, f.setup, &cpu::Open), f.camera, tests, frame),
+        Visibility::Rays => cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, frame),
+        Visibility::Maps => cpu::gather(&lights(o, f.setup, &cpu::Maps(&o.shadows)), f.camera, tests, frame),
+        Visibility::Off => cpu::gather(&lights(o, f.setup, &cpu::Open), f.camera, tests, frame),
     }
 }
 
 #[cfg(feature = "cpu")]
 fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
-    let Setup { options, fitted, .. } = f.setup;
+    let Setup { options, params, fitted } = f.setup;
     let frame = frame_number(f.setup, o);
-    let paths = cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), frame };
+    let paths =
+        cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), paths: params.paths, frame };
     let mut gathered = core::mem::take(&mut o.gathered);
     match options.visibility {
         Visibility::Rays => {
             cpu::compensate(&mut gathered, &paths, &lights(o, f.setup, &cpu::Rays(f.accel)), f.camera);
         }
-        Visibility::Maps | Visibility::Off => {
+        Visibility::Maps => {
+            cpu::compensate(&mut gathered, &paths, &lights(o, f.setup, &cpu::Maps(&o.shadows)), f.camera);
+        }
+        Visibility::Off => {
             cpu::compensate(&mut gathered, &paths, &lights(o, f.setup, &cpu::Open), f.camera);
         }
     }
@@ -156,11 +170,15 @@ impl Technique for InstantRadiosity {
                     name: "bounce",
                     times: Setup::runs,
                     cpu: |f, o, number| {
-                        let run = f.setup.run(number);
-                        let usage = Use::Bounce(run.bounce);
-                        let points = points(f.setup, usage, frame_number(f.setup, o), run.count);
+                        let (run, frame) = (f.setup.run(number), frame_number(f.setup, o));
                         let sources = &o.vpls[run.source as usize..][..run.count as usize];
-                        let next = cpu::bounce_rays(f.accel, &f.setup.fitted, sources, &points);
+                        let fitted = &f.setup.fitted;
+                        let next = if f.setup.options.bounce == Bounce::Rays {
+                            let points = points(f.setup, Use::Bounce(run.bounce), frame, run.count);
+                            cpu::bounce_rays(f.accel, fitted, sources, &points)
+                        } else {
+                            cpu::bounce_points(f.accel, fitted, sources, f.setup.choice(run, frame))
+                        };
                         o.vpls[run.target as usize..][..run.count as usize].copy_from_slice(&next);
                     },
                     gpu: |b, pass, number| gpu::bounce(b, pass, number),
@@ -168,6 +186,21 @@ impl Technique for InstantRadiosity {
                         let run = b.setup.run(number);
                         let targets = &mut o.vpls[run.target as usize..][..run.count as usize];
                         x.elements("", &b.own.vpls, run.target as usize, targets);
+                    },
+                },
+                Row {
+                    name: "shadows",
+                    times: |s| (s.options.visibility == Visibility::Maps).into(),
+                    cpu: |f, o, _| {
+                        let (options, points) = (f.setup.options, &f.setup.fitted.points);
+                        let vpls = &o.vpls[..options.slots() as usize];
+                        o.shadows = imperfect_shadow_maps::cpu::build(vpls, points, &options.shadow_maps());
+                    },
+                    gpu: |b, pass, _| gpu::shadows(b, pass),
+                    data: |b, o, x, _| {
+                        if let Some(atlas) = &b.atlas {
+                            atlas.exchange_maps(&mut o.shadows, x);
+                        }
                     },
                 },
                 Row {
@@ -251,9 +284,11 @@ impl Technique for InstantRadiosity {
         let vectors = o.before.len() + o.image.pixels.len();
         #[cfg(feature = "cpu")]
         let history = o.history.as_ref().map_or(0, |h| 32 * h.irradiance.len());
+        #[cfg(feature = "cpu")]
+        let shadows = o.shadows.bytes();
         #[cfg(not(feature = "cpu"))]
-        let history = 0;
-        (o.rsm.bytes() + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + 16 * o.gathered.len() + history) as u64
+        let (history, shadows) = (0, 0);
+        (o.rsm.bytes() + shadows + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + 16 * o.gathered.len() + history) as u64
     }
 }
 

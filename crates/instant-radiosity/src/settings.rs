@@ -1,4 +1,5 @@
-use indirect_core::settings::BadOption;
+use imperfect_shadow_maps::Placement;
+use indirect_core::settings::{BadOption, Settings as _};
 use rsm::MAX_RESOLUTION;
 
 indirect_core::choice! {
@@ -69,6 +70,19 @@ indirect_core::settings! {
         pub interleave: u32 = 4, 1..=8;
         /// Whether paths carry the light that virtual lights are bounded by near surfaces: exact in corners, one more ray per pixel.
         pub compensate: Switch = Switch::On;
+        /// Points that stand for the whole scene, visibility=maps or bounce=points|brightest. Higher: shadow maps that share fewer of them.
+        pub points: u32 = 65_536, 1..=1 << 24;
+        /// Points that are drawn into each shadow map, or lit by each virtual light, likewise. Higher: fewer holes and finer silhouettes;
+        /// time grows in proportion.
+        pub points_per_map: u32 = 1024, 1..=1 << 16;
+        /// Texels along each side of a shadow map, a power of two, visibility=maps. Higher: finer silhouettes, more holes; memory grows
+        /// with its square.
+        pub tile: u32 = 32, 8..=256;
+        /// Coarser levels from which the holes of shadow maps are filled, visibility=maps; 0 fills none. Higher: larger holes close, and
+        /// so do more gaps that are none.
+        pub pull_push: u32 = 0, 0..=4;
+        /// How points are spread over surfaces.
+        pub placement: Placement = Placement::LowDiscrepancy;
         /// Whether frames reuse what the frame before computed.
         pub history: Switch = Switch::On;
         /// Whether the movement of vertices is followed into the frame before; without, a moved surface has no past.
@@ -105,7 +119,20 @@ impl Options {
             let needed = "at most 16384 · interleave² / bounces: a pixel asks its part of them one by one";
             return Err(BadOption::new("vpls", self.vpls, needed));
         }
-        Ok(())
+        self.shadow_maps().validate()
+    }
+
+    /// How shadow maps are made.
+    #[must_use]
+    pub fn shadow_maps(&self) -> imperfect_shadow_maps::Options {
+        let Self { points, points_per_map, tile, pull_push, placement, .. } = *self;
+        imperfect_shadow_maps::Options { points, points_per_map, tile, pull_push, placement, ..Default::default() }
+    }
+
+    /// Whether the scene is sampled by points.
+    #[must_use]
+    pub fn has_points(&self) -> bool {
+        self.visibility == Visibility::Maps || self.bounce != Bounce::Rays && self.bounces > 1
     }
 
     /// Whether what a frame computed serves the next.
@@ -159,6 +186,9 @@ indirect_core::settings! {
         pub confidence: f32 = 0.9, 0.0..=0.999;
         /// How much a pixel's way lowers the confidence: w_pos of equation 3.1, with the way in image widths and depth relative to itself.
         pub moved: f32 = 1.0, 0.0..=1e6;
+        /// Paths that carry what the bound removes, in units of those that carry all of it when they go on: each then carries its share.
+        /// Higher: less noise in corners, more time.
+        pub paths: f32 = 4.0, 1.0..=64.0;
         /// How much a turned normal lowers it: w_normal of equation 3.2.
         pub turned: f32 = 2.0, 0.0..=1e6;
         /// How much changed light lowers it: w_illumination of equation 3.3, with the change relative to the light. 0: not at all, no

@@ -30,6 +30,11 @@ pub struct Fitted {
     /// Every triangle as light leaves it. Its albedo is the mean over the triangle, so that virtual lights do not carry the noise of
     /// a texture (thesis §4.3).
     pub surfaces: Arc<Vec<TriangleSurface>>,
+    /// Points of the scene in their triangles, where the options ask for them.
+    #[cfg(feature = "cpu")]
+    pub places: Arc<Vec<imperfect_shadow_maps::ScenePoint>>,
+    /// The same in the world.
+    pub points: Arc<Vec<imperfect_shadow_maps::Point>>,
     /// Area of all triangles, m².
     pub area: f32,
     /// Diagonal of the triangles' bounds, metres.
@@ -53,10 +58,21 @@ impl Fitted {
     #[cfg(feature = "cpu")]
     #[must_use]
     pub fn new(accel: &indirect_accel::Accel<'_>, options: &Options) -> Self {
-        let fitted = Self::with(accel, options);
+        let mut fitted = Self::with(accel, options);
+        if options.has_points() {
+            // The same points for every seed: what changes from frame to frame is which of them a light is given.
+            let places = imperfect_shadow_maps::place(accel.scene(), options.points, &[], options.placement, 0);
+            fitted.places = Arc::new(places);
+            fitted.resolve(accel);
+        }
         #[cfg(feature = "gpu")]
         let fitted = Self { tree: Arc::new(indirect_accel::FlatTree::of(accel)), ..fitted };
         fitted
+    }
+
+    #[cfg(feature = "cpu")]
+    fn resolve(&mut self, accel: &indirect_accel::Accel<'_>) {
+        self.points = Arc::new(imperfect_shadow_maps::cpu::resolve(accel.scene(), &self.places));
     }
 
     /// All but what the GPU alone needs.
@@ -103,6 +119,8 @@ impl Fitted {
             emitted: total,
             from_emitters,
             surfaces: Arc::new(surfaces),
+            places: Arc::default(),
+            points: Arc::default(),
             area,
             unit,
             triangles: Arc::new(if follows { mesh.triangles.clone() } else { Vec::new() }),
@@ -121,6 +139,8 @@ impl Fitted {
             return;
         }
         let mut fitted = Self::with(accel, options);
+        fitted.places = Arc::clone(&self.places);
+        fitted.resolve(accel);
         #[cfg(feature = "gpu")]
         {
             // The lengths of buffers are fixed when they are made: the tree keeps its shape, and a scene of another size is refused there.

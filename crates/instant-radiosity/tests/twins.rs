@@ -71,6 +71,9 @@ fn every_pass_agrees_for_every_light_and_option() {
         (&scenes[3], Options { interleave: 2, ..options() }, params),
         (&mixed, options(), Params { bound: 3.0, ..params }),
         (&scenes[0], still(Options { visibility: Visibility::Off, bounces: 1, ..options() }), params),
+        (&scenes[0], Options { visibility: Visibility::Maps, points: 4096, points_per_map: 512, ..options() }, params),
+        (&scenes[1], Options { bounce: Bounce::Points, points: 4096, points_per_map: 128, ..options() }, params),
+        (&scenes[0], Options { bounce: Bounce::Brightest, points: 4096, points_per_map: 64, ..options() }, params),
         (&scenes[0], Options { interleave: 1, vpls: 300, bounces: 1, shadow_rays: 0, ..options() }, params),
     ];
     for (i, (scene, options, params)) in cases.into_iter().enumerate() {
@@ -119,7 +122,8 @@ fn objects_that_moved_agree() {
 #[test]
 fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };
-    let scene = lamp(1.0);
+    let mut scene = lamp(1.0);
+    scene.lights.push(common::light(lights()[0]));
     let setup = setup(&scene, Options { bounces: 2, ..options() }, Params::default());
     let mut frame = frame(context, &scene, &setup);
     judge(&frame.twins);
@@ -143,5 +147,4 @@ fn default_limits_suffice_for_4k() {
         let target = GBufferTarget::new(&context.device, [3840, 2160]).unwrap();
         assert!(Resources::new(&pipelines, &context.queue, &setup, maps, &target).is_ok(), "{maps}");
     }
-    let _ = Bounce::Rays;
 }

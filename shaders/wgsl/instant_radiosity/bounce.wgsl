@@ -1,14 +1,6 @@
 // bounce: the virtual lights of the next bounce, one ray from each of this one.
 // Twin: crates/instant-radiosity/src/cpu/bounce.rs.
 
-/// One bounce: which virtual lights send rays, and where those that the rays find go.
-struct BounceRange {
-    source_first: u32,
-    target_first: u32,
-    count: u32,
-    point_first: u32,
-}
-
 @group(0) @binding(0) var<uniform> settings: FrameSettings;
 @group(0) @binding(1) var<uniform> range: BounceRange;
 @group(0) @binding(2) var<storage, read> accel_nodes: array<AccelNode>;
@@ -16,9 +8,6 @@ struct BounceRange {
 @group(0) @binding(4) var<storage, read> surfaces: array<TriangleSurface>;
 @group(0) @binding(5) var<storage, read> bounce_points: array<vec2<f32>>;
 @group(0) @binding(6) var<storage, read_write> vpls: array<Vpl>;
-
-/// Sources that a footprint asks.
-const ASKED: u32 = 256u;
 
 @compute @workgroup_size(64)
 fn bounce_rays(
@@ -46,24 +35,4 @@ fn along_ray(source: Vpl, u: vec2<f32>) -> Vpl {
     let normal = select(surface.normal, -surface.normal, dot(surface.normal, direction) > 0.0);
     let position = origin + direction * hit.t;
     return Vpl(position, footprint(position, normal), normal, 0.0, source.flux * surface.albedo, 0.0);
-}
-
-/// One over the density of all lights of the bounce there.
-fn footprint(position: vec3<f32>, normal: vec3<f32>) -> f32 {
-    let step = (range.count + ASKED - 1u) / ASKED;
-    var density = 0.0;
-    for (var i = 0u; i < range.count; i += step) {
-        let s = vpls[range.source_first + i];
-        let v = s.position - position;
-        let d2 = dot(v, v);
-        if any(s.flux != vec3(0.0)) && d2 > 0.0 {
-            let w = v * (1.0 / sqrt(d2));
-            let cr = dot(normal, w);
-            let cs = -dot(s.normal, w);
-            if cr > 0.0 && cs > 0.0 {
-                density += bounded(cr * cs * FRAC_1_PI / d2, s.area);
-            }
-        }
-    }
-    return 1.0 / max(density * f32(step), 1.0 / settings.area);
 }

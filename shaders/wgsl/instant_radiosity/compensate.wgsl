@@ -10,7 +10,7 @@
 @group(0) @binding(5) var<storage, read> accel_nodes: array<AccelNode>;
 @group(0) @binding(6) var<storage, read> accel_triangles: array<AccelTriangle>;
 @group(0) @binding(7) var<storage, read> surfaces: array<TriangleSurface>;
-@group(0) @binding(8) var<storage, read> punctual_lights: array<PunctualLight>;
+@group(0) @binding(8) var<uniform> punctual_lights: array<PunctualLight, 1024>;
 @group(0) @binding(9) var<storage, read_write> gathered: array<vec4<f32>>;
 
 /// Keeps the reach of a path finite where its number is 0: the next number is 2⁻²⁴.
@@ -40,9 +40,9 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let w = hemisphere_cosine(vec2(pixel_number(i, settings.frame, 0x101u), pixel_number(i, settings.frame, 0x102u)));
     let direction = to_world(w, n);
     let origin = offset_ray_origin(p, n, settings.unit);
-    // Farther than this even two surfaces that face each other send a share that ends the path.
+    // Beyond this even surfaces that face each other end the path.
     let u = pixel_number(i, settings.frame, 0x103u);
-    let t_max = sqrt(summary.area * FRAC_1_PI * (1.0 - u) / max(u, LEAST_NUMBER));
+    let t_max = sqrt(summary.area * FRAC_1_PI * (settings.paths - u) / max(u, LEAST_NUMBER));
     let hit = accel_closest_hit(origin, direction, t_max);
     if hit.triangle >= arrayLength(&surfaces) {
         return none;
@@ -50,8 +50,9 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let surface = surfaces[hit.triangle];
     let normal = select(surface.normal, -surface.normal, dot(surface.normal, direction) > 0.0);
     let kernel = w.z * -dot(normal, direction) * FRAC_1_PI / (hit.t * hit.t);
-    // With the probability of the share that virtual lights do not carry.
-    if u >= unbounded_share(kernel, summary.area) {
+    let share = unbounded_share(kernel, summary.area);
+    let probability = min(settings.paths * share, 1.0);
+    if u >= probability {
         return none;
     }
     note(hit.triangle);
@@ -61,7 +62,7 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let light = punctual + emitted
         + lights_at(part_of_pixel(i), 0u, run_length() * settings.bounces, q, normal,
             settings.path_tests, pixel_number(i, settings.frame, 0x104u));
-    return surface.albedo * light;
+    return surface.albedo * light * (share / probability);
 }
 
 /// Irradiance of the punctual lights, W/m².

@@ -86,6 +86,11 @@ struct FrameSettings {
     moving: u32,
     /// Shadow tests where a path ends; 0: all.
     path_tests: u32,
+    /// How often a path goes on, in units of the share that it carries.
+    paths: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;

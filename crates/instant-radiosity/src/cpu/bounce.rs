@@ -42,7 +42,7 @@ const ASKED: usize = 256;
 
 /// The area that a virtual light stands for: one over the density of all lights of its bounce there, whose rays arrive with the density
 /// `cosθ cosθ'/(π d²)` from each source. Bounded by the sources' own areas, and at most `area`.
-fn footprint(sources: &[Vpl], position: Vec3, normal: Vec3, area: f32) -> f32 {
+pub(super) fn footprint(sources: &[Vpl], position: Vec3, normal: Vec3, area: f32) -> f32 {
     let step = sources.len().div_ceil(ASKED);
     let mut density = 0.0;
     for s in sources.iter().step_by(step) {

@@ -2,7 +2,8 @@
 //! Weak Singularities").
 //!
 //! A ray leaves the pixel with the density `cosθ/π`. What it meets at the distance `d` sends it the share `A k/(1 + A k)` of its light that
-//! virtual lights do not carry, `k = cosθ_i cosθ_j/(π d²)`; the path goes on with this probability and takes all. Far surfaces end it.
+//! virtual lights do not carry, `k = cosθ_i cosθ_j/(π d²)`. With one path it would go on with this probability and take all; it goes on
+//! `paths` times as often, where that is no more than always, and takes as much less. Far surfaces end it.
 
 use core::f32::consts::FRAC_1_PI;
 
@@ -28,6 +29,8 @@ pub struct Paths<'a> {
     pub fitted: &'a Fitted,
     /// Shadow tests where a path ends; 0: all.
     pub tests: u32,
+    /// How often a path goes on, in units of the share that it carries, `≥ 1`.
+    pub paths: f32,
     /// Number of the frame.
     pub frame: u32,
 }
@@ -58,17 +61,18 @@ impl Paths<'_> {
         let w = hemisphere_cosine(Vec2::new(number(0x101), number(0x102)));
         let direction = t * w.x + b * w.y + n * w.z;
         let origin = math::offset_ray_origin_scaled(p, n, unit);
-        // Farther than this even two surfaces that face each other send a share that ends the path.
+        // Beyond this even surfaces that face each other end the path.
         let u = number(0x103);
         let area = lights.summary.area;
-        let t_max = (area * FRAC_1_PI * (1.0 - u) / u.max(LEAST_NUMBER)).sqrt();
+        let t_max = (area * FRAC_1_PI * (self.paths - u) / u.max(LEAST_NUMBER)).sqrt();
         let ray = Ray { origin, direction, t_max };
         let Some(hit) = self.accel.closest_hit(&ray) else { return Vec3::ZERO };
         let Some(surface) = self.fitted.surfaces.get(hit.triangle as usize) else { return Vec3::ZERO };
         let normal = surface.facing(direction);
         let kernel = w.z * -normal.dot(direction) * FRAC_1_PI / (hit.t * hit.t);
-        // With the probability of the share that virtual lights do not carry.
-        if u >= unbounded_share(kernel, area) {
+        let share = unbounded_share(kernel, area);
+        let probability = (self.paths * share).min(1.0);
+        if u >= probability {
             return Vec3::ZERO;
         }
         choices.note(hit.triangle);
@@ -77,7 +81,7 @@ impl Paths<'_> {
         let light = self.punctual(q, normal, choices)
             + self.emitted(part, q, normal, lights, choices)
             + lights.at(part, range, (q, normal), (self.tests, number(0x104)), choices);
-        surface.albedo * light
+        surface.albedo * light * (share / probability)
     }
 
     /// Irradiance of the punctual lights, W/m².

@@ -190,12 +190,11 @@ pub(super) fn pixel_number(pixel: u32, frame: u32, salt: u32) -> f32 {
 /// answer given; `tests` of each of the ranges of [`Parts::ranges`] are asked for what is in between, or all where that is 0.
 #[must_use]
 pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, frame: u32) -> Vec<Vec4> {
-    let width = camera.size[0];
-    let at = |i: usize| {
+    let ([width, height], n) = (camera.size, lights.parts.interleave);
+    let at = |i: usize, part: u32| {
         if !camera.is_surface(i) {
             return Vec4::ZERO;
         }
-        let part = lights.parts.of_pixel(i as u32, width);
         let receiver = (camera.position[i], camera.normal[i]);
         let (mut sum, mut choices) = (Vec3::ZERO, Choices::default());
         for (number, range) in (0..).zip(lights.parts.ranges(tests == 0)) {
@@ -204,5 +203,20 @@ pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, f
         }
         sum.extend(choices.number())
     };
-    (0..camera.len()).into_par_iter().with_min_len(256).map(at).collect()
+    // Pixels of one part follow each other, as in a split G-buffer: its lights and their maps stay in the cache.
+    let down = height.div_ceil(n);
+    let rows = (0..n * n * down).into_par_iter().map(|task| {
+        let (part, y) = (task / down, task % down * n + task / down / n);
+        let columns = (part % n..width).step_by(n as usize);
+        let row = |x| at((y * width + x) as usize, part);
+        (part, y, if y < height { columns.map(row).collect() } else { Vec::new() })
+    });
+    let mut gathered = vec![Vec4::ZERO; camera.len()];
+    for (part, y, row) in rows.collect::<Vec<_>>() {
+        let first = (y * width + part % n) as usize;
+        for (k, e) in row.into_iter().enumerate() {
+            gathered[first + k * n as usize] = e;
+        }
+    }
+    gathered
 }

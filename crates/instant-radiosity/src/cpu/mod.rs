@@ -6,6 +6,7 @@ mod emit;
 mod gather;
 mod merge;
 mod movement;
+mod points;
 mod shadow;
 mod summary;
 
@@ -15,7 +16,8 @@ pub use emit::emit;
 pub use gather::{Lights, Parts, gather};
 pub use merge::{DEPTH_TOLERANCE, History, merge};
 pub use movement::movement;
-pub use shadow::{Open, Rays, Shadow};
+pub use points::bounce_points;
+pub use shadow::{Maps, Open, Rays, Shadow};
 pub use summary::{MOST_KEPT, summary};
 
 use indirect_accel::Accel;

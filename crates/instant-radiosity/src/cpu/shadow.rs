@@ -1,6 +1,7 @@
 //! Whether a virtual light sees a receiver.
 
 use glam::Vec3;
+use imperfect_shadow_maps::cpu::Atlas;
 use indirect_accel::Accel;
 use indirect_core::{Ray, math};
 use rsm::Vpl;
@@ -33,5 +34,16 @@ impl Shadow for Rays<'_> {
         let from = math::offset_ray_origin_scaled(p, n, unit);
         let to = math::offset_ray_origin_scaled(vpl.position, vpl.normal, unit);
         !self.0.any_hit(&Ray { origin: from, direction: to - from, t_max: 1.0 })
+    }
+}
+
+/// Imperfect shadow maps, one per slot.
+#[derive(Debug, Clone, Copy)]
+pub struct Maps<'a>(pub &'a Atlas);
+
+impl Shadow for Maps<'_> {
+    #[inline]
+    fn visible(&self, slot: u32, _: &Vpl, p: Vec3, n: Vec3) -> bool {
+        self.0.visible_surface(slot as usize, p, n)
     }
 }
