@@ -12,8 +12,8 @@
 //! [`Rays`] casts a buffer of rays.
 //!
 //! The caller owns device, queue and encoder; nothing here submits or blocks but what reads results back. WebGPU's default limits
-//! suffice for about two million nodes (some four million triangles) and as many rays; masked scenes use all of the eight
-//! storage buffers that a stage may have.
+//! (bindings of 128 MiB) suffice for 2.1 million nodes, 2.8 million triangles in leaves and 4.2 million rays at a time. Masked scenes
+//! use all of the eight storage buffers that a stage may have.
 
 use bytemuck::{Pod, Zeroable};
 use indirect_core::{Hit, Ray};

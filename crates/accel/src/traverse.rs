@@ -28,7 +28,7 @@
 use glam::{Vec2, Vec3};
 use indirect_core::{Hit, Ray};
 
-use crate::flat::{FlatNode, FlatTree, FlatTriangle};
+use crate::flat::{FlatNode, FlatTree, FlatTriangle, STACK};
 use crate::layout::LEAF;
 
 /// How far the bounds are widened, in shares of what they are widened by (see the module).
@@ -43,7 +43,7 @@ const SLACK: Slack =
     Slack { slab: 32.0 * f32::EPSILON, edge: 16.0 * f32::EPSILON, point: 4.0 * f32::EPSILON };
 
 /// Directions count whose longest component lies in this range, `2⁻⁶⁴` to `2⁶⁴`.
-const SHORTEST: f32 = 5.421_010_9e-20;
+const SHORTEST: f32 = 5.421_011e-20;
 const LONGEST: f32 = 1.844_674_4e19;
 
 /// `2⁻³⁰`: shorter components than this share of the longest are taken as that long where boxes are tested.
@@ -93,11 +93,11 @@ impl FlatTree {
     ) -> (Option<Hit>, usize) {
         let Some(ray) = Prepared::new(&self.nodes()[0], ray, slack) else { return (None, 0) };
         let mut best = Hit { t: ray.limit, u: 0.0, v: 0.0, triangle: u32::MAX };
-        let mut stack = Vec::with_capacity(self.depth() as usize);
+        let (mut stack, mut height) = ([0_u32; STACK as usize], 0);
         let (mut link, mut rounds) = (0_u32, 0);
         loop {
             rounds += 1;
-            let next = if link & LEAF != 0 {
+            let mut next = if link & LEAF != 0 {
                 let triangle = &self.triangles()[(link & !LEAF) as usize];
                 if let Some(hit) = ray.meet(triangle, best.t)
                     && (hit.t < best.t || hit.triangle < best.triangle)
@@ -115,26 +115,27 @@ impl FlatTree {
                 if child_0 != 0 && child_1 != 0 {
                     // The farther one waits.
                     let swap = second[0] < first[0];
-                    stack.push(if swap { child_0 } else { child_1 });
+                    stack[height] = if swap { child_0 } else { child_1 };
+                    height += 1;
                     if swap { child_1 } else { child_0 }
                 } else {
                     child_0 | child_1
                 }
             };
-            link = match (next, stack.pop()) {
-                (0, None) => return ((best.triangle != u32::MAX).then_some(best), rounds),
-                (0, Some(waiting)) => waiting,
-                (next, waiting) => {
-                    stack.extend(waiting);
-                    next
+            if next == 0 {
+                if height == 0 {
+                    return ((best.triangle != u32::MAX).then_some(best), rounds);
                 }
-            };
+                height -= 1;
+                next = stack[height];
+            }
+            link = next;
         }
     }
 
     fn any(&self, ray: &Ray, solid: impl Fn(u32, f32, f32) -> bool, slack: Slack) -> bool {
         let Some(ray) = Prepared::new(&self.nodes()[0], ray, slack) else { return false };
-        let mut stack = Vec::with_capacity(self.depth() as usize);
+        let (mut stack, mut height) = ([0_u32; STACK as usize], 0);
         let mut link = 0_u32;
         loop {
             let mut next;
@@ -156,12 +157,16 @@ impl FlatTree {
                 if child_0 == 0 {
                     next = child_1;
                 } else if child_1 != 0 {
-                    stack.push(child_1);
+                    stack[height] = child_1;
+                    height += 1;
                 }
             }
             if next == 0 {
-                let Some(waiting) = stack.pop() else { return false };
-                next = waiting;
+                if height == 0 {
+                    return false;
+                }
+                height -= 1;
+                next = stack[height];
             }
             link = next;
         }

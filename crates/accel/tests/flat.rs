@@ -3,7 +3,7 @@
 mod common;
 
 use common::Random;
-use glam::{DVec3, Mat3, Vec2, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use indirect_accel::{Accel, BuildPreset, FlatTree, FlatTriangle, RefitError, STACK, opaque};
 use indirect_core::math::offset_ray_origin_scaled;
 use indirect_core::{Hit, Ray, Scene};
@@ -16,8 +16,10 @@ struct Tally {
     hits: usize,
     /// Other triangles at the same distance.
     ties: usize,
-    /// Only one of the two hits, or another distance.
-    apart: usize,
+    /// The second hits something nearer, or at all.
+    wider: usize,
+    /// The second misses what the first hits.
+    lost: usize,
 }
 
 impl Tally {
@@ -30,37 +32,11 @@ impl Tally {
             (Some(a), Some(b)) if (a.t - b.t).abs() <= near => {
                 self.ties += usize::from(a.triangle != b.triangle);
             }
-            _ => self.apart += 1,
+            (Some(a), Some(b)) if b.t < a.t => self.wider += 1,
+            (None, Some(_)) => self.wider += 1,
+            _ => self.lost += 1,
         }
     }
-}
-
-/// Rays of the scene's first camera, what leaves their hits in a random direction, and rays between random points.
-fn rays(accel: &Accel<'_>, random: &mut Random) -> Vec<Ray> {
-    let scene = accel.scene();
-    let size = [96, 96];
-    let mut rays = Vec::new();
-    if let Some(camera) = scene.cameras.first() {
-        let view = camera.view(size);
-        for i in 0..size[0] * size[1] {
-            let pixel = Vec2::new((i % size[0]) as f32 + 0.5, (i / size[0]) as f32 + 0.5);
-            rays.push(Ray { t_max: f32::INFINITY, ..view.ray(pixel, size) });
-        }
-    }
-    for i in 0..rays.len() {
-        let Some(hit) = accel.closest_hit(&rays[i]) else { continue };
-        let surface = scene.surface(hit.triangle, hit.u, hit.v);
-        let n = surface.facing(-rays[i].direction).0;
-        let origin = offset_ray_origin_scaled(surface.position, n, accel.unit());
-        let t_max = if i % 3 == 0 { accel.unit() * random.unit() } else { f32::INFINITY };
-        rays.push(Ray { origin, direction: random.hemisphere(n), t_max });
-    }
-    let positions = &scene.mesh.positions;
-    for _ in 0..if positions.is_empty() { 0 } else { 4000 } {
-        let (a, b) = (positions[random.below(positions.len())], positions[random.below(positions.len())]);
-        rays.push(Ray::new(a + random.cube() * (0.1 * accel.unit()), b - a));
-    }
-    rays
 }
 
 #[test]
@@ -73,7 +49,7 @@ fn fixtures_are_hit_as_by_the_wide_tree() {
         let tree = FlatTree::of(&accel);
         let solid = |t, u, v| scene.is_solid(t, u, v);
         let (mut tally, mut most) = (Tally::default(), 0);
-        for ray in rays(&accel, &mut random) {
+        for ray in common::rays(&accel, 96, &mut random) {
             let (hit, rounds) = tree.closest_hit_counted(&ray, solid);
             most = most.max(rounds);
             // Distances err by some ε of the way; grazing ones by more, and those are few.
@@ -87,14 +63,17 @@ fn fixtures_are_hit_as_by_the_wide_tree() {
             tree.nodes().len()
         );
         (all.rays, all.hits) = (all.rays + tally.rays, all.hits + tally.hits);
-        (all.ties, all.apart) = (all.ties + tally.ties, all.apart + tally.apart);
+        (all.ties, all.wider, all.lost) =
+            (all.ties + tally.ties, all.wider + tally.wider, all.lost + tally.lost);
         assert!(tree.depth() <= STACK);
     }
     println!("{all:?}");
     assert!(all.hits > all.rays / 2);
     // An edge counts within up to 32ε = 4·10⁻⁶ of the distance. A triangle a hundredth of the distance across has a border of that width
     // on an 800th of its area at each edge, and some of these are silhouettes; larger ones, as most are, less.
-    assert!(all.apart * 1000 <= all.rays && all.ties * 400 <= all.rays, "{all:?}");
+    assert!(all.wider * 1000 <= all.rays && all.ties * 400 <= all.rays, "{all:?}");
+    // Whatever the wide tree's own rounding takes in lies within the bounds of the flat one's.
+    assert_eq!(all.lost, 0, "{all:?}");
 }
 
 proptest! {
@@ -127,7 +106,7 @@ proptest! {
                 tally.add(accel.closest_hit(&ray), hit, 1e-5 * accel.unit() / direction.length());
             }
             // In one plane, or edge on, rounding decides which one is met: some rays in a case, not some per cent of all.
-            prop_assert!(tally.apart <= 4 && tally.ties <= 20, "{:?}", tally);
+            prop_assert!(tally.wider + tally.lost <= 4 && tally.ties <= 20, "{:?}", tally);
         }
     }
 }
@@ -175,19 +154,6 @@ fn hits_are_accurate() {
     assert!(missed < 9, "{missed}");
 }
 
-/// Rays from inside of a closed mesh, aimed at its edges, one in four at a vertex.
-fn aimed(scene: &Scene, centre: Vec3, scale: f32, count: usize, random: &mut Random) -> Vec<Ray> {
-    let aim = |_| {
-        let corners = scene.mesh.corners(random.below(scene.mesh.triangles.len()) as u32);
-        let k = random.below(3);
-        let s = if random.bits() & 3 == 0 { 0.0 } else { random.unit() };
-        let target = corners[k] + (corners[(k + 1) % 3] - corners[k]) * s;
-        let origin = centre + random.cube() * (0.25 * scale);
-        Ray { t_max: 1.5, ..Ray::new(origin, target - origin) }
-    };
-    (0..count).map(aim).filter(|r| r.direction != Vec3::ZERO).collect()
-}
-
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
@@ -196,7 +162,7 @@ fn no_ray_leaves_a_closed_mesh() {
         ("cube", common::cube(1, Mat3::IDENTITY)),
         ("fine cube", common::cube(16, Mat3::IDENTITY)),
         ("turned cube", common::cube(20, turn)),
-        ("slivers", common::slivers(2000)),
+        ("slivers", common::slivers(1000)),
     ];
     let mut random = Random(1);
     let mut total = 0;
@@ -211,7 +177,7 @@ fn no_ray_leaves_a_closed_mesh() {
                 let scene = common::placed(mesh.clone(), scale, centre);
                 let tree = FlatTree::of(&Accel::build(&scene, BuildPreset::Best));
                 let mut leaks = 0;
-                for ray in aimed(&scene, centre, scale, 12_000, &mut random) {
+                for ray in common::aimed(&scene, centre, scale, 12_000, &mut random) {
                     let out = tree.closest_hit(&ray, opaque).is_none() || !tree.any_hit(&ray, opaque);
                     (leaks, total) = (leaks + usize::from(out), total + 1);
                 }
@@ -258,14 +224,6 @@ fn spawned_rays_do_not_hit_their_own_triangle() {
     }
 }
 
-/// The square `[-1, 1]²` in the plane y = `y`.
-fn square(y: f32) -> Scene {
-    let mut scene = common::scene(vec![], vec![]);
-    let corner = |x, z| Vec3::new(x, y, z);
-    scene.mesh.push_polygon(&[corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
-    scene
-}
-
 fn flat(scene: &Scene) -> FlatTree {
     FlatTree::of(&Accel::build(scene, BuildPreset::Best))
 }
@@ -280,7 +238,7 @@ fn an_empty_scene_hits_nothing() {
 
 #[test]
 fn what_has_no_area_is_left_out() {
-    let mut scene = square(0.0);
+    let mut scene = common::square(0.0);
     scene.mesh.positions.extend([
         Vec3::NAN,
         Vec3::new(-0.5, 1.0, 0.0),
@@ -308,7 +266,7 @@ fn what_has_no_area_is_left_out() {
 
 #[test]
 fn odd_rays_hit_nothing() {
-    let tree = flat(&square(0.0));
+    let tree = flat(&common::square(0.0));
     let good = Ray::new(Vec3::new(0.3, 1.0, 0.1), Vec3::NEG_Y);
     assert!(tree.any_hit(&good, opaque));
     for ray in common::odd_rays(good) {
@@ -318,7 +276,7 @@ fn odd_rays_hit_nothing() {
 
 #[test]
 fn the_interval_is_half_open() {
-    let tree = flat(&square(0.0));
+    let tree = flat(&common::square(0.0));
     let down = |y: f32, t_max: f32| {
         let ray = Ray { origin: Vec3::new(0.3, y, 0.1), direction: Vec3::NEG_Y, t_max };
         assert_eq!(tree.closest_hit(&ray, opaque).is_some(), tree.any_hit(&ray, opaque));
@@ -334,7 +292,7 @@ fn the_interval_is_half_open() {
 #[test]
 fn a_ray_in_a_plane_does_not_hit_it() {
     // As the wide tree: a floor does not shadow what stands on it.
-    let tree = flat(&square(0.0));
+    let tree = flat(&common::square(0.0));
     for direction in [Vec3::X, Vec3::Z, Vec3::new(1.0, 0.0, 0.3)] {
         assert!(!tree.any_hit(&Ray::new(Vec3::new(-2.0, 0.0, 0.1), direction), opaque));
     }
@@ -358,7 +316,7 @@ fn sizes_from_the_tiny_to_the_huge_in_one_scene() {
 
 #[test]
 fn many_equal_triangles_give_the_first() {
-    let mut scene = square(0.0);
+    let mut scene = common::square(0.0);
     scene.mesh.triangles.extend([[0, 1, 2]; 2000]);
     scene.mesh.materials.extend([0; 2000]);
     let hit = flat(&scene).closest_hit(&Ray::new(Vec3::new(0.5, 1.0, 0.1), Vec3::NEG_Y), opaque).unwrap();
@@ -367,9 +325,9 @@ fn many_equal_triangles_give_the_first() {
 
 #[test]
 fn rays_pass_through_the_holes_of_a_mask() {
-    let scene = common::masked(square(1.0), square(0.0));
+    let scene = common::masked(common::square(1.0), common::square(0.0));
     let tree = flat(&scene);
-    assert!(tree.is_masked() && !flat(&square(0.0)).is_masked());
+    assert!(tree.is_masked() && !flat(&common::square(0.0)).is_masked());
     let mut random = Random(9);
     for _ in 0..10_000 {
         let p = random.cube();
@@ -419,7 +377,7 @@ fn a_refitted_tree_finds_what_a_new_one_finds() {
         let ray = Ray::new(random.cube() * 2.0, random.direction());
         assert_eq!(tree.closest_hit(&ray, opaque), fresh.closest_hit(&ray, opaque));
     }
-    let other = square(0.0);
+    let other = common::square(0.0);
     let error = RefitError::Triangles { expected: old.mesh.triangles.len(), found: 2 };
     let before = tree.clone();
     assert_eq!(tree.refit(&other), Err(error));

@@ -1,12 +1,12 @@
 //! The GPU's queries against their twin on the CPU.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod common;
 
 use common::Random;
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec3};
 use indirect_accel::gpu::{AccelBuffers, HitUniform, RayUniform, Rays, TreeSizes};
 use indirect_accel::{Accel, BuildPreset, FlatNode, FlatTree, FlatTriangle, STACK};
-use indirect_core::math::offset_ray_origin_scaled;
 use indirect_core::{Hit, Ray, Scene};
 use indirect_gpu::shaders::{ACCEL_RAYS, ACCEL_RAYS_MASKED, Module};
 use indirect_gpu::{Context, GpuError, Kernel, Pass, PassTimer, Pipelines, SceneBuffers, workgroups_1d};
@@ -72,34 +72,6 @@ fn cast_on(
     }
 }
 
-/// Rays of the scene's first camera, what leaves their hits in a random direction, and rays between random points.
-fn rays(accel: &Accel<'_>, side: u32, random: &mut Random) -> Vec<Ray> {
-    let scene = accel.scene();
-    let size = [side; 2];
-    let mut rays = Vec::new();
-    if let Some(camera) = scene.cameras.first() {
-        let view = camera.view(size);
-        for i in 0..side * side {
-            let pixel = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5);
-            rays.push(Ray { t_max: f32::INFINITY, ..view.ray(pixel, size) });
-        }
-    }
-    for i in 0..rays.len() {
-        let Some(hit) = accel.closest_hit(&rays[i]) else { continue };
-        let surface = scene.surface(hit.triangle, hit.u, hit.v);
-        let n = surface.facing(-rays[i].direction).0;
-        let origin = offset_ray_origin_scaled(surface.position, n, accel.unit());
-        let t_max = if i % 3 == 0 { accel.unit() * random.unit() } else { f32::INFINITY };
-        rays.push(Ray { origin, direction: random.hemisphere(n), t_max });
-    }
-    let positions = &scene.mesh.positions;
-    for _ in 0..if positions.is_empty() { 0 } else { 3000 } {
-        let (a, b) = (positions[random.below(positions.len())], positions[random.below(positions.len())]);
-        rays.push(Ray::new(a + random.cube() * (0.1 * accel.unit()), b - a));
-    }
-    rays
-}
-
 /// Rays with other answers than on the CPU: another triangle at the same distance, and all else.
 fn compare(scene: &Scene, tree: &FlatTree, rays: &[Ray], gpu: &Answers, unit: f32) -> [usize; 2] {
     let solid = |t, u, v| scene.is_solid(t, u, v);
@@ -128,7 +100,7 @@ fn fixtures_are_hit_as_on_the_cpu() {
         let scene = indirect_scene::fixtures::build(name).unwrap();
         let accel = Accel::build(&scene, BuildPreset::Balanced);
         let tree = FlatTree::of(&accel);
-        let rays = rays(&accel, 96, &mut random);
+        let rays = common::rays(&accel, 96, &mut random);
         let found = cast(gpu, &pipelines, &scene, &tree, &rays);
         let [ties, apart] = compare(&scene, &tree, &rays, &found, accel.unit());
         println!("{name}: {} rays, {ties} ties, {apart} apart", rays.len());
@@ -177,19 +149,6 @@ fn soups_are_hit_as_on_the_cpu() {
     assert!(other[0] * 1000 <= total && other[1] * 1000 <= total, "{other:?}");
 }
 
-/// Rays from inside of a closed mesh, aimed at its vertices and at its edges.
-fn aimed(scene: &Scene, centre: Vec3, scale: f32, count: usize, random: &mut Random) -> Vec<Ray> {
-    let aim = |_| {
-        let corners = scene.mesh.corners(random.below(scene.mesh.triangles.len()) as u32);
-        let k = random.below(3);
-        let s = if random.bits() & 3 == 0 { 0.0 } else { random.unit() };
-        let target = corners[k] + (corners[(k + 1) % 3] - corners[k]) * s;
-        let origin = centre + random.cube() * (0.25 * scale);
-        Ray { t_max: 1.5, ..Ray::new(origin, target - origin) }
-    };
-    (0..count).map(aim).filter(|r| r.direction != Vec3::ZERO).collect()
-}
-
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     let Some(gpu) = testkit::gpu() else { return };
@@ -207,7 +166,7 @@ fn no_ray_leaves_a_closed_mesh() {
             let centre = Vec3::new(offset, -offset, offset);
             let scene = common::placed(mesh.clone(), scale, centre);
             let tree = FlatTree::of(&Accel::build(&scene, BuildPreset::Best));
-            let rays = aimed(&scene, centre, scale, 30_000, &mut random);
+            let rays = common::aimed(&scene, centre, scale, 30_000, &mut random);
             let found = cast(gpu, &pipelines, &scene, &tree, &rays);
             let out = |i: &usize| found.hits[*i].hit().is_none() || found.occluded[*i] != 1;
             let leaks = (0..rays.len()).filter(out).count();
@@ -249,7 +208,7 @@ fn planted_faults_are_found() {
     let Some(gpu) = testkit::gpu() else { return };
     let scene = common::bumpy_sphere(60);
     let tree = FlatTree::of(&Accel::build(&scene, BuildPreset::Best));
-    let rays = aimed(&scene, Vec3::ZERO, 1.0, 20_000, &mut Random(1));
+    let rays = common::aimed(&scene, Vec3::ZERO, 1.0, 20_000, &mut Random(1));
     let misses = |module: &Module| cast_by(gpu, module, &tree, &rays).iter().filter(|h| h.is_none()).count();
     assert_eq!(misses(&ACCEL_RAYS), 0);
     // Edges shrunk by their bound instead of grown; rectangles too; the boxes far too small.
@@ -286,14 +245,6 @@ fn planted_faults_are_found() {
 fn hard_cases() {
     let Some(gpu) = testkit::gpu() else { return };
     let pipelines = Pipelines::new(&gpu.device);
-    let square = |y: f32| {
-        let mut scene = common::scene(vec![], vec![]);
-        let corner = |x, z| Vec3::new(x, y, z);
-        scene
-            .mesh
-            .push_polygon(&[corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
-        scene
-    };
     let tree_of = |scene: &Scene| FlatTree::of(&Accel::build(scene, BuildPreset::Best));
     let good = Ray::new(Vec3::new(0.3, 1.0, 0.1), Vec3::NEG_Y);
     let mut rays = common::odd_rays(good);
@@ -302,7 +253,7 @@ fn hard_cases() {
     // In the plane, and from it.
     rays.push(Ray::new(Vec3::new(-2.0, 0.0, 0.1), Vec3::X));
     rays.push(Ray::new(Vec3::new(0.3, 0.0, 0.1), Vec3::NEG_Y));
-    let scene = square(0.0);
+    let scene = common::square(0.0);
     let found = cast(gpu, &pipelines, &scene, &tree_of(&scene), &rays);
     let hit: Vec<bool> = found.hits.iter().map(|h| h.hit().is_some()).collect();
     assert!(hit[..odd].iter().all(|h| !h), "{hit:?}");
@@ -340,15 +291,7 @@ fn hard_cases() {
 fn rays_pass_through_the_holes_of_a_mask() {
     let Some(gpu) = testkit::gpu() else { return };
     let pipelines = Pipelines::new(&gpu.device);
-    let square = |y: f32| {
-        let mut scene = common::scene(vec![], vec![]);
-        let corner = |x, z| Vec3::new(x, y, z);
-        scene
-            .mesh
-            .push_polygon(&[corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
-        scene
-    };
-    let scene = common::masked(square(1.0), square(0.0));
+    let scene = common::masked(common::square(1.0), common::square(0.0));
     let tree = FlatTree::of(&Accel::build(&scene, BuildPreset::Best));
     let mut random = Random(9);
     let points: Vec<Vec3> = (0..10_000).map(|_| random.cube()).collect();

@@ -9,14 +9,6 @@ use indirect_core::{NO_TRIANGLE, Projection, Ray, Scene, View};
 
 const PRESETS: [BuildPreset; 3] = [BuildPreset::Fast, BuildPreset::Balanced, BuildPreset::Best];
 
-/// The square `[-1, 1]²` in the plane y = `y`.
-fn square(y: f32) -> Scene {
-    let mut scene = common::scene(vec![], vec![]);
-    let corner = |x, z| Vec3::new(x, y, z);
-    scene.mesh.push_polygon(&[corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)], 0);
-    scene
-}
-
 #[test]
 fn an_empty_scene_hits_nothing() {
     for preset in PRESETS {
@@ -30,7 +22,7 @@ fn an_empty_scene_hits_nothing() {
 
 #[test]
 fn unusable_triangles_are_left_out() {
-    let mut scene = square(0.0);
+    let mut scene = common::square(0.0);
     scene.mesh.positions.push(Vec3::NAN);
     scene.mesh.normals.push(Vec3::Y);
     for bad in [[0, 1, 4], [0, 1, 99], [0, 0, 1], [2, 2, 2]] {
@@ -49,7 +41,7 @@ fn unusable_triangles_are_left_out() {
 
 #[test]
 fn odd_rays_hit_nothing() {
-    let scene = square(0.0);
+    let scene = common::square(0.0);
     let accel = Accel::build(&scene, BuildPreset::Best);
     let good = Ray::new(Vec3::new(0.3, 1.0, 0.1), Vec3::NEG_Y);
     assert!(accel.any_hit(&good));
@@ -60,7 +52,7 @@ fn odd_rays_hit_nothing() {
 
 #[test]
 fn the_interval_is_half_open() {
-    let scene = square(0.0);
+    let scene = common::square(0.0);
     let accel = Accel::build(&scene, BuildPreset::Best);
     let down = |y: f32, t_max: f32| {
         let ray = Ray { origin: Vec3::new(0.3, y, 0.1), direction: Vec3::NEG_Y, t_max };
@@ -78,7 +70,7 @@ fn the_interval_is_half_open() {
 fn flat_scenes_are_hit_from_both_sides_and_along_the_axes() {
     for y in [0.0, 1e-3, 1.0, 1e5] {
         for preset in PRESETS {
-            let scene = square(y);
+            let scene = common::square(y);
             let accel = Accel::build(&scene, preset);
             let mut random = Random(5);
             for _ in 0..1000 {
@@ -100,7 +92,7 @@ fn flat_scenes_are_hit_from_both_sides_and_along_the_axes() {
 #[test]
 fn a_ray_in_the_plane_of_a_box_side_enters_it() {
     // The ray runs within the lower x side of the whole scene and hits an edge there.
-    let scene = square(0.0);
+    let scene = common::square(0.0);
     let accel = Accel::build(&scene, BuildPreset::Best);
     assert!(accel.any_hit(&Ray::new(Vec3::new(-1.0, 1.0, 0.25), Vec3::NEG_Y)));
     assert!(accel.any_hit(&Ray::new(Vec3::new(-1.0, 1.0, -1.0), Vec3::NEG_Y)));
@@ -141,7 +133,7 @@ fn sizes_from_the_tiny_to_the_huge_in_one_scene() {
 
 #[test]
 fn many_equal_triangles_give_the_first() {
-    let mut scene = square(0.0);
+    let mut scene = common::square(0.0);
     for _ in 0..2000 {
         scene.mesh.triangles.push([0, 1, 2]);
         scene.mesh.materials.push(0);
@@ -155,7 +147,7 @@ fn many_equal_triangles_give_the_first() {
 
 #[test]
 fn no_layout_takes_quadratic_time() {
-    let mut repeated = square(0.0);
+    let mut repeated = common::square(0.0);
     repeated.mesh.triangles = vec![[0, 1, 2]; 100_000];
     repeated.mesh.materials = vec![0; 100_000];
     for (name, scene) in [("repeated", repeated), ("fan", common::slivers(64_000))] {
@@ -173,7 +165,7 @@ fn no_layout_takes_quadratic_time() {
 
 #[test]
 fn what_is_absurdly_far_does_not_disturb_the_rest() {
-    let mut scene = square(0.0);
+    let mut scene = common::square(0.0);
     scene.mesh.push_polygon(&[Vec3::X * 1e30, Vec3::Y * f32::MAX, Vec3::Z * 1e25], 0);
     for preset in PRESETS {
         let accel = Accel::build(&scene, preset);
@@ -184,7 +176,7 @@ fn what_is_absurdly_far_does_not_disturb_the_rest() {
 
 /// A square with a checkerboard of 2 × 2 holes over another square.
 fn masked() -> Scene {
-    common::masked(square(1.0), square(0.0))
+    common::masked(common::square(1.0), common::square(0.0))
 }
 
 #[test]

@@ -2,7 +2,8 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use glam::{Affine2, Mat3, Vec2, Vec3};
-use indirect_core::math::orthonormal_basis;
+use indirect_accel::Accel;
+use indirect_core::math::{offset_ray_origin_scaled, orthonormal_basis};
 use indirect_core::{AlphaMode, Material, Ray, Scene, Texture, TextureRef, Wrap};
 
 /// A reproducible stream of numbers (PCG-RXS-M-XS 32).
@@ -210,4 +211,57 @@ pub(crate) fn soup(random: &mut Random, n: usize, size: f32, offset: Vec3) -> Sc
         }
     }
     scene(positions, triangles)
+}
+
+/// The square `[-1, 1]²` in the plane y = `y`.
+pub(crate) fn square(y: f32) -> Scene {
+    let mut square = scene(vec![], vec![]);
+    let corner = |x, z| Vec3::new(x, y, z);
+    let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
+    square.mesh.push_polygon(&corners, 0);
+    square
+}
+
+/// Rays from inside of a closed mesh around `centre`, aimed at its edges, one in four at a vertex.
+pub(crate) fn aimed(scene: &Scene, centre: Vec3, scale: f32, count: usize, random: &mut Random) -> Vec<Ray> {
+    let aim = |_| {
+        let corners = scene.mesh.corners(random.below(scene.mesh.triangles.len()) as u32);
+        let k = random.below(3);
+        let s = if random.bits() & 3 == 0 { 0.0 } else { random.unit() };
+        let target = corners[k] + (corners[(k + 1) % 3] - corners[k]) * s;
+        // Within a quarter of the radius; the target lies at t = 1.
+        let origin = centre + random.cube() * (0.25 * scale);
+        Ray { t_max: 1.5, ..Ray::new(origin, target - origin) }
+    };
+    // A target that rounds to the origin has no direction.
+    (0..count).map(aim).filter(|r| r.direction != Vec3::ZERO).collect()
+}
+
+/// Rays of the scene's first camera (`side²` pixels), what leaves their hits in a random direction, one in three only a part of the way,
+/// and 3000 rays from and to near vertices.
+pub(crate) fn rays(accel: &Accel<'_>, side: u32, random: &mut Random) -> Vec<Ray> {
+    let scene = accel.scene();
+    let size = [side; 2];
+    let mut rays = Vec::new();
+    if let Some(camera) = scene.cameras.first() {
+        let view = camera.view(size);
+        for i in 0..side * side {
+            let pixel = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5);
+            rays.push(Ray { t_max: f32::INFINITY, ..view.ray(pixel, size) });
+        }
+    }
+    for i in 0..rays.len() {
+        let Some(hit) = accel.closest_hit(&rays[i]) else { continue };
+        let surface = scene.surface(hit.triangle, hit.u, hit.v);
+        let n = surface.facing(-rays[i].direction).0;
+        let origin = offset_ray_origin_scaled(surface.position, n, accel.unit());
+        let t_max = if i % 3 == 0 { accel.unit() * random.unit() } else { f32::INFINITY };
+        rays.push(Ray { origin, direction: random.hemisphere(n), t_max });
+    }
+    let positions = &scene.mesh.positions;
+    for _ in 0..if positions.is_empty() { 0 } else { 3000 } {
+        let (a, b) = (positions[random.below(positions.len())], positions[random.below(positions.len())]);
+        rays.push(Ray::new(a + random.cube() * (0.1 * accel.unit()), b - a));
+    }
+    rays
 }
