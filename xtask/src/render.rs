@@ -261,7 +261,9 @@ fn ignored(args: &RenderArgs, technique: &dyn technique::Technique, values: &Val
     let models = technique.transport(values).bounces;
     let mut said = Vec::new();
     let all = models == technique::Transport::ALL;
-    if let Some(asked) = args.bounces.as_deref().filter(|b| if all { *b != "inf" } else { b.parse() != Ok(models) }) {
+    if let Some(asked) =
+        args.bounces.as_deref().filter(|b| if all { *b != "inf" } else { b.parse() != Ok(models) })
+    {
         let models = match models {
             1 => "1 bounce".to_owned(),
             _ if all => "all bounces".to_owned(),

@@ -10,9 +10,9 @@ use indirect_core::settings::Settings;
 use indirect_core::{Light, LightKind};
 use indirect_gpu::shaders::{
     INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_MAPS,
-    INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT, INSTANT_RADIOSITY_GATHER, INSTANT_RADIOSITY_GATHER_MAPS,
-    INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE, INSTANT_RADIOSITY_MOVEMENT, INSTANT_RADIOSITY_POINTS,
-    INSTANT_RADIOSITY_SUMMARY,
+    INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT, INSTANT_RADIOSITY_GATHER,
+    INSTANT_RADIOSITY_GATHER_MAPS, INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE,
+    INSTANT_RADIOSITY_MOVEMENT, INSTANT_RADIOSITY_POINTS, INSTANT_RADIOSITY_SUMMARY,
 };
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
@@ -150,8 +150,13 @@ pub struct Buffers {
 fn ranges(options: &Options) -> impl Iterator<Item = LightRange> + use<> {
     let parts =
         Parts { interleave: options.interleave, per_bounce: options.per_bounce(), bounces: options.bounces };
-    let range = |(number, r): (u32, core::ops::Range<u32>)| LightRange { first: r.start, end: r.end, number, pad0: 0 };
-    (0..).zip(parts.ranges(options.tests() == 0)).map(range)
+    let range = |(number, r): (u32, core::ops::Range<u32>)| LightRange {
+        first: r.start,
+        end: r.end,
+        number,
+        pad0: 0,
+    };
+    (0..).zip(parts.ranges(options.tests())).map(range)
 }
 
 impl Buffers {
@@ -168,7 +173,7 @@ impl Buffers {
             from_emitters: fitted.from_emitters,
             tests: options.tests(),
             compensated: options.compensate.is_on().into(),
-            frame,
+            seed: self.setup.pixel_seed(frame),
             lights: self.lights,
             unit: fitted.unit,
             bound: params.bound,
@@ -285,9 +290,13 @@ impl GpuTechnique for InstantRadiosity {
                 point_first: first,
             };
             first += run.count;
-            [uniform_buffer(device, "range", &range), uniform_buffer(device, "choice", &PointChoice::default())]
+            [
+                uniform_buffer(device, "range", &range),
+                uniform_buffer(device, "choice", &PointChoice::default()),
+            ]
         };
-        let atlas = |[points, tiles]: [u32; 2]| Atlas::new(device, &setup.options.shadow_maps(), points, tiles);
+        let atlas =
+            |[points, tiles]: [u32; 2]| Atlas::new(device, &setup.options.shadow_maps(), points, tiles);
         let buffers = Buffers {
             rsm: Maps::new(device, resolution, s.maps)?,
             own: OwnBuffers::new(device, s)?,
@@ -323,7 +332,8 @@ impl GpuTechnique for InstantRadiosity {
             b.accel.write(queue, &setup.fitted.tree)?;
         }
         b.write_movement(queue);
-        let lights: Vec<_> = inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
+        let lights: Vec<_> =
+            inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
         let lights = &lights[..lights.len().min(LIGHTS)];
         queue.write_buffer(&b.own.punctual_lights, 0, bytemuck::cast_slice(lights));
         b.lights = lights.len() as u32;
@@ -420,7 +430,12 @@ pub(crate) fn merge(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let own = &b.buffers.own;
     b.compute(pass, (&INSTANT_RADIOSITY_MERGE, "merge"), b.sizes.pixels, &[named("gathered", &own.image)])?;
     if b.setup.options.has_history() {
-        pass.copy("past_irradiance", (&own.irradiance, 0), (&own.past_irradiance, 0), own.past_irradiance.size());
+        pass.copy(
+            "past_irradiance",
+            (&own.irradiance, 0),
+            (&own.past_irradiance, 0),
+            own.past_irradiance.size(),
+        );
         pass.copy("past_normals", (&own.merged_normals, 0), (&own.past_normals, 0), own.past_normals.size());
         let bytes = own.previous_view.size();
         pass.copy("previous_view", (&own.present_view, 0), (&own.previous_view, 0), bytes);

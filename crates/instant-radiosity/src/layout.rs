@@ -122,7 +122,7 @@ indirect_core::wgsl_struct! {
         pub(crate) from_emitters: u32,
         pub(crate) tests: u32,
         pub(crate) compensated: u32,
-        pub(crate) frame: u32,
+        pub(crate) seed: u32,
         pub(crate) lights: u32,
         pub(crate) unit: f32,
         pub(crate) bound: f32,

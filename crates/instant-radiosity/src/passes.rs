@@ -1,7 +1,7 @@
 use indirect_core::Image;
-use indirect_sampling::rng::hash_combine;
 #[cfg(feature = "cpu")]
 use indirect_filter::cpu::shade;
+use indirect_sampling::rng::hash_combine;
 use indirect_technique::{Row, Technique, passes};
 use rsm::Error;
 #[cfg(feature = "cpu")]
@@ -11,10 +11,10 @@ use rsm::{Selection, Vpl};
 use crate::cpu;
 #[cfg(feature = "gpu")]
 use crate::gpu;
+use crate::layout::PointChoice;
 use crate::output::Output;
 #[cfg(feature = "cpu")]
 use crate::sequence::{Use, points};
-use crate::layout::PointChoice;
 use crate::settings::{Bounce, Options, Params, Switch, Visibility};
 use crate::setup::Setup;
 
@@ -42,7 +42,9 @@ impl Setup {
     pub(crate) fn run(&self, number: u32) -> BounceRun {
         let (n, emitters) = (self.options.per_bounce(), self.fitted.from_emitters);
         match number.checked_sub(u32::from(emitters > 0)) {
-            None => BounceRun { source: self.options.slots(), count: emitters, target: n - emitters, bounce: 0 },
+            None => {
+                BounceRun { source: self.options.slots(), count: emitters, target: n - emitters, bounce: 0 }
+            }
             Some(k) => BounceRun { source: k * n, count: n, target: (k + 1) * n, bounce: k + 1 },
         }
     }
@@ -79,22 +81,28 @@ fn frame_number(setup: &Setup, output: &Output) -> u32 {
     if setup.options.has_history() { output.frame } else { 0 }
 }
 
+impl Setup {
+    /// What the random numbers of a frame's pixels begin with.
+    pub(crate) const fn pixel_seed(&self, frame: u32) -> u32 {
+        hash_combine(self.params.seed, frame)
+    }
+}
+
 #[cfg(feature = "cpu")]
 fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec4> {
-    let (tests, frame) = (f.setup.options.tests(), frame_number(f.setup, o));
+    let (tests, seed) = (f.setup.options.tests(), f.setup.pixel_seed(frame_number(f.setup, o)));
     match f.setup.options.visibility {
-        Visibility::Rays => cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, frame),
-        Visibility::Maps => cpu::gather(&lights(o, f.setup, &cpu::Maps(&o.shadows)), f.camera, tests, frame),
-        Visibility::Off => cpu::gather(&lights(o, f.setup, &cpu::Open), f.camera, tests, frame),
+        Visibility::Rays => cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, seed),
+        Visibility::Maps => cpu::gather(&lights(o, f.setup, &cpu::Maps(&o.shadows)), f.camera, tests, seed),
+        Visibility::Off => cpu::gather(&lights(o, f.setup, &cpu::Open), f.camera, tests, seed),
     }
 }
 
 #[cfg(feature = "cpu")]
 fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
     let Setup { options, params, fitted } = f.setup;
-    let frame = frame_number(f.setup, o);
-    let paths =
-        cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), paths: params.paths, frame };
+    let seed = f.setup.pixel_seed(frame_number(f.setup, o));
+    let paths = cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), paths: params.paths, seed };
     let mut gathered = core::mem::take(&mut o.gathered);
     match options.visibility {
         Visibility::Rays => {
@@ -149,16 +157,26 @@ impl Technique for InstantRadiosity {
                         o.vpls.resize(setup.slots() as usize, Vpl::default());
                     },
                     gpu: |b, pass, _| gpu::vpls(b, pass),
-                    data: |b, o, x, _| x.elements("", &b.own.vpls, 0, &mut o.vpls[..b.setup.from_maps() as usize]),
+                    data: |b, o, x, _| x.elements(
+                        "",
+                        &b.own.vpls,
+                        0,
+                        &mut o.vpls[..b.setup.from_maps() as usize]
+                    ),
                 },
                 Row {
                     name: "emit",
                     times: |s| (s.fitted.from_emitters > 0).into(),
                     cpu: |f, o, _| {
                         let fitted = &f.setup.fitted;
-                        let points = points(f.setup, Use::Emitters, frame_number(f.setup, o), fitted.from_emitters);
+                        let points =
+                            points(f.setup, Use::Emitters, frame_number(f.setup, o), fitted.from_emitters);
                         let first = f.setup.options.slots() as usize;
-                        o.vpls[first..].copy_from_slice(&cpu::emit(&fitted.emitters, fitted.emitted, &points));
+                        o.vpls[first..].copy_from_slice(&cpu::emit(
+                            &fitted.emitters,
+                            fitted.emitted,
+                            &points,
+                        ));
                     },
                     gpu: |b, pass, _| gpu::emit(b, pass),
                     data: |b, o, x, _| {
@@ -211,7 +229,12 @@ impl Technique for InstantRadiosity {
                         o.summary = cpu::summary(&o.vpls[..all], n, f.setup.params.bound, f.setup.has_tail());
                     },
                     gpu: |b, pass, _| gpu::summary(b, pass),
-                    data: |b, o, x, _| x.elements("", &b.own.summary, 0, core::slice::from_mut(&mut o.summary)),
+                    data: |b, o, x, _| x.elements(
+                        "",
+                        &b.own.summary,
+                        0,
+                        core::slice::from_mut(&mut o.summary)
+                    ),
                 },
                 Row {
                     name: "gather",
@@ -245,8 +268,14 @@ impl Technique for InstantRadiosity {
                         let Setup { options, params, .. } = f.setup;
                         let past = o.history.take().filter(|_| options.has_history());
                         let seen = (f.view, f.camera);
-                        let merged =
-                            cpu::merge(&o.gathered, seen, options.interleave, params, past.as_ref(), &o.before);
+                        let merged = cpu::merge(
+                            &o.gathered,
+                            seen,
+                            options.interleave,
+                            params,
+                            past.as_ref(),
+                            &o.before,
+                        );
                         o.history = Some(merged);
                         o.frame = o.frame.wrapping_add(1);
                     },
@@ -288,7 +317,12 @@ impl Technique for InstantRadiosity {
         let shadows = o.shadows.bytes();
         #[cfg(not(feature = "cpu"))]
         let (history, shadows) = (0, 0);
-        (o.rsm.bytes() + shadows + size_of_val(&o.vpls[..]) + vectors * size_of::<glam::Vec3>() + 16 * o.gathered.len() + history) as u64
+        (o.rsm.bytes()
+            + shadows
+            + size_of_val(&o.vpls[..])
+            + vectors * size_of::<glam::Vec3>()
+            + 16 * o.gathered.len()
+            + history) as u64
     }
 }
 

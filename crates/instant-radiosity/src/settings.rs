@@ -53,7 +53,7 @@ indirect_core::settings! {
         /// Texels along each side of each reflective shadow map. Higher: finer footprints; time and memory grow with the square.
         pub resolution: u32 = 128, 1..=MAX_RESOLUTION;
         /// Virtual lights of each bounce, rounded up to a multiple of interleave². Higher: less noise, time grows in proportion.
-        pub vpls: u32 = 256, 1..=1 << 16;
+        pub vpls: u32 = 1024, 1..=1 << 16;
         /// Bounces, of which the virtual lights are kept. Higher: more of the light that was reflected often; time grows in proportion.
         pub bounces: u32 = 4, 1..=16;
         /// Whether the last bounce also stands for all that would follow, as if each kept the share that the last one kept.
@@ -67,7 +67,7 @@ indirect_core::settings! {
         pub bounce: Bounce = Bounce::Rays;
         /// Pixels along each side of a block in which each pixel takes another part of the virtual lights; 1: all take all. Higher:
         /// less time, details of the light are blurred over the block.
-        pub interleave: u32 = 4, 1..=8;
+        pub interleave: u32 = 8, 1..=8;
         /// Whether paths carry the light that virtual lights are bounded by near surfaces: exact in corners, one more ray per pixel.
         pub compensate: Switch = Switch::On;
         /// Points that stand for the whole scene, visibility=maps or bounce=points|brightest. Higher: shadow maps that share fewer of them.
@@ -126,7 +126,14 @@ impl Options {
     #[must_use]
     pub fn shadow_maps(&self) -> imperfect_shadow_maps::Options {
         let Self { points, points_per_map, tile, pull_push, placement, .. } = *self;
-        imperfect_shadow_maps::Options { points, points_per_map, tile, pull_push, placement, ..Default::default() }
+        imperfect_shadow_maps::Options {
+            points,
+            points_per_map,
+            tile,
+            pull_push,
+            placement,
+            ..Default::default()
+        }
     }
 
     /// Whether the scene is sampled by points.
@@ -193,7 +200,7 @@ indirect_core::settings! {
         pub turned: f32 = 2.0, 0.0..=1e6;
         /// How much changed light lowers it: w_illumination of equation 3.3, with the change relative to the light. 0: not at all, no
         /// flicker, but light that is switched off fades slowly.
-        pub changed: f32 = 1.0, 0.0..=1e6;
+        pub changed: f32 = 3.0, 0.0..=1e6;
         /// Standard errors of the present frame, estimated from the pixels of its blocks, that the past may be off before it is brought
         /// back to that. Higher: smoother, slower to follow; 0: never, as the thesis has it.
         pub outliers: f32 = 3.0, 0.0..=1e6;

@@ -61,7 +61,8 @@ impl Fitted {
         let mut fitted = Self::with(accel, options);
         if options.has_points() {
             // The same points for every seed: what changes from frame to frame is which of them a light is given.
-            let places = imperfect_shadow_maps::place(accel.scene(), options.points, &[], options.placement, 0);
+            let places =
+                imperfect_shadow_maps::place(accel.scene(), options.points, &[], options.placement, 0);
             fitted.places = Arc::new(places);
             fitted.resolve(accel);
         }
@@ -89,7 +90,10 @@ impl Fitted {
             }
             let radiance = mean_emission(scene, t);
             let sides = if material.double_sided { 2.0 } else { 1.0 };
-            let flux = f64::from(math::luminance(radiance)) * f64::from(mesh.area(t)) * sides * core::f64::consts::PI;
+            let flux = f64::from(math::luminance(radiance))
+                * f64::from(mesh.area(t))
+                * sides
+                * core::f64::consts::PI;
             if flux <= 0.0 || !flux.is_finite() {
                 continue;
             }
@@ -174,7 +178,9 @@ impl Fitted {
             return all;
         }
         let share = (emitted / (emitted + punctual)).clamp(0.125, 0.875);
-        ((share * (all / parts) as f32).round() as u32).clamp(u32::from(all > parts), all / parts - u32::from(all > parts)) * parts
+        ((share * (all / parts) as f32).round() as u32)
+            .clamp(u32::from(all > parts), all / parts - u32::from(all > parts))
+            * parts
     }
 }
 

@@ -22,7 +22,13 @@ fn all() -> Vec<Options> {
         Options { visibility: Visibility::Off, ..options() },
         Options { interleave: 1, shadow_rays: 0, ..still(options()) },
         Options { interleave: 7, vpls: 1, bounces: 1, ..options() },
-        Options { visibility: Visibility::Maps, bounce: Bounce::Points, points: 500, points_per_map: 64, ..options() },
+        Options {
+            visibility: Visibility::Maps,
+            bounce: Bounce::Points,
+            points: 500,
+            points_per_map: 64,
+            ..options()
+        },
         Options { bounce: Bounce::Brightest, points: 1, ..options() },
     ]
 }
@@ -78,7 +84,9 @@ fn a_white_furnace_has_a_bounded_tail() {
 #[test]
 fn lights_in_surfaces_and_at_receivers_stay_bounded() {
     let mut worst = 0.0_f32;
-    for position in [Vec3::ZERO, Vec3::new(0.0, 1e-6, 0.0), Vec3::new(0.4, 0.5, -0.5), Vec3::new(0.0, 1e-3, -1.999)] {
+    for position in
+        [Vec3::ZERO, Vec3::new(0.0, 1e-6, 0.0), Vec3::new(0.4, 0.5, -0.5), Vec3::new(0.0, 1e-3, -1.999)]
+    {
         let scene = corner(LightKind::Point { position }, 1.0);
         for options in all() {
             let o = render(&scene, 1.0, options);
@@ -97,7 +105,8 @@ fn no_pixel_is_far_brighter_than_the_brightest_of_the_truth() {
     let scene = indirect_scene::fixtures::build("cornell_spot").unwrap();
     let stage = Stage::new(&scene, scene.cameras[0].view([64, 64]), [64, 64]);
     let converged = Options { vpls: 4096, ..still(Options::default()) };
-    let truth = most(&stage.run(&stage.setup(converged, Params::default()), 1, Output::default()).image.pixels);
+    let truth =
+        most(&stage.run(&stage.setup(converged, Params::default()), 1, Output::default()).image.pixels);
     for seed in 0..4 {
         let setup = stage.setup(still(Options::default()), Params { seed, ..Params::default() });
         let found = most(&stage.run(&setup, 1, Output::default()).image.pixels);

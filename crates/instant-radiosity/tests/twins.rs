@@ -10,7 +10,9 @@ use indirect_gpu::wgpu::CommandEncoderDescriptor;
 use indirect_gpu::{Context, GBufferTarget, PassTimer, Pipelines, SceneBuffers, Vec3Pad};
 use indirect_technique::gpu::{Backend, Inputs, Twin, run_both_after};
 use instant_radiosity::gpu::Resources;
-use instant_radiosity::{Bounce, InstantRadiosity, Options, Output, Params, Sequence, Setup, Switch, Visibility};
+use instant_radiosity::{
+    Bounce, InstantRadiosity, Options, Output, Params, Sequence, Setup, Switch, Visibility,
+};
 use testkit::{judge, perturb};
 
 /// Neither a power of two nor a multiple of a workgroup or of a block.
@@ -43,7 +45,8 @@ fn frame_after(context: &Context, scene: &Scene, view: View, setup: &Setup, past
     let image: Vec<Vec3Pad> = context.read(resources.image()).unwrap();
     let image = image.iter().map(|v| v.vec3()).collect();
     let run = |past| {
-        run_both_after((device, queue), &stage.frame(setup), &resources, &buffers, |_| Backend::Cpu, past).unwrap()
+        run_both_after((device, queue), &stage.frame(setup), &resources, &buffers, |_| Backend::Cpu, past)
+            .unwrap()
     };
     let (cpu, twins) = run(past);
     Frame { twins, cpu, image }
@@ -67,13 +70,29 @@ fn every_pass_agrees_for_every_light_and_option() {
     let cases = [
         (&scenes[0], options(), params),
         (&scenes[1], Options { bounces: 2, compensate: Switch::Off, tail: Switch::Off, ..options() }, params),
-        (&scenes[2], Options { interleave: 3, shadow_rays: 0, sequence: Sequence::Halton, ..options() }, params),
+        (
+            &scenes[2],
+            Options { interleave: 3, shadow_rays: 0, sequence: Sequence::Halton, ..options() },
+            params,
+        ),
         (&scenes[3], Options { interleave: 2, ..options() }, params),
         (&mixed, options(), Params { bound: 3.0, ..params }),
         (&scenes[0], still(Options { visibility: Visibility::Off, bounces: 1, ..options() }), params),
-        (&scenes[0], Options { visibility: Visibility::Maps, points: 4096, points_per_map: 512, ..options() }, params),
-        (&scenes[1], Options { bounce: Bounce::Points, points: 4096, points_per_map: 128, ..options() }, params),
-        (&scenes[0], Options { bounce: Bounce::Brightest, points: 4096, points_per_map: 64, ..options() }, params),
+        (
+            &scenes[0],
+            Options { visibility: Visibility::Maps, points: 4096, points_per_map: 512, ..options() },
+            params,
+        ),
+        (
+            &scenes[1],
+            Options { bounce: Bounce::Points, points: 4096, points_per_map: 128, ..options() },
+            params,
+        ),
+        (
+            &scenes[0],
+            Options { bounce: Bounce::Brightest, points: 4096, points_per_map: 64, ..options() },
+            params,
+        ),
         (&scenes[0], Options { interleave: 1, vpls: 300, bounces: 1, shadow_rays: 0, ..options() }, params),
     ];
     for (i, (scene, options, params)) in cases.into_iter().enumerate() {

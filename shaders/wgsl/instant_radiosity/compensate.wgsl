@@ -37,11 +37,11 @@ fn compensate(
 
 fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let none = vec3(0.0);
-    let w = hemisphere_cosine(vec2(pixel_number(i, settings.frame, 0x101u), pixel_number(i, settings.frame, 0x102u)));
+    let w = hemisphere_cosine(vec2(pixel_number(i, settings.seed, 0x101u), pixel_number(i, settings.seed, 0x102u)));
     let direction = to_world(w, n);
     let origin = offset_ray_origin(p, n, settings.unit);
     // Beyond this even surfaces that face each other end the path.
-    let u = pixel_number(i, settings.frame, 0x103u);
+    let u = pixel_number(i, settings.seed, 0x103u);
     let t_max = sqrt(summary.area * FRAC_1_PI * (settings.paths - u) / max(u, LEAST_NUMBER));
     let hit = accel_closest_hit(origin, direction, t_max);
     if hit.triangle >= arrayLength(&surfaces) {
@@ -61,7 +61,7 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let emitted = emitted_at(part_of_pixel(i), q, normal);
     let light = punctual + emitted
         + lights_at(part_of_pixel(i), 0u, run_length() * settings.bounces, q, normal,
-            settings.path_tests, pixel_number(i, settings.frame, 0x104u));
+            settings.path_tests, pixel_number(i, settings.seed, 0x104u));
     return surface.albedo * light * (share / probability);
 }
 

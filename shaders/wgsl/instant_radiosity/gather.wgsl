@@ -45,7 +45,7 @@ fn gather(
     }
     let normal = normals[pixel].xyz;
     if any(normal != vec3(0.0)) {
-        let u = pixel_number(pixel, settings.frame, lights_range.number);
+        let u = pixel_number(pixel, settings.seed, lights_range.number);
         sum += lights_at(part, lights_range.first, lights_range.end, positions[pixel].xyz, normal, settings.tests, u);
     }
     gathered[pixel] = vec4(sum, f32(choices));

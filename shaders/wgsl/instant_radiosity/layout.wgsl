@@ -62,7 +62,8 @@ struct FrameSettings {
     tests: u32,
     /// 1 where paths carry what the bound removes.
     compensated: u32,
-    frame: u32,
+    /// What the pixels' random numbers begin with.
+    seed: u32,
     /// Punctual lights.
     lights: u32,
     /// Characteristic length of the scene, metres.
@@ -110,7 +111,7 @@ fn offset_ray_origin(p: vec3<f32>, n: vec3<f32>, unit: f32) -> vec3<f32> {
     return p + n * (unit * (1.0 / 131072.0) + dot(abs(n), abs(p)) * (1.0 / 1048576.0));
 }
 
-/// A number in [0, 1) that belongs to a pixel, a frame and a use of it.
-fn pixel_number(pixel: u32, frame: u32, salt: u32) -> f32 {
-    return unit_f32(hash_combine(hash_combine(pixel, frame), salt));
+/// A number in [0, 1) that belongs to a pixel, a seed of the frame and a use of it.
+fn pixel_number(pixel: u32, seed: u32, salt: u32) -> f32 {
+    return unit_f32(hash_combine(hash_combine(pixel, seed), salt));
 }

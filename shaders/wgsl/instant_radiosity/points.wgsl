@@ -19,8 +19,6 @@ struct PointChoice {
 @group(0) @binding(6) var<storage, read> accel_triangles: array<AccelTriangle>;
 @group(0) @binding(7) var<storage, read_write> vpls: array<Vpl>;
 
-const PI: f32 = 3.14159265358979;
-
 @compute @workgroup_size(64)
 fn bounce_points(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
@@ -97,9 +95,7 @@ fn lit(source: Vpl, point: IsmPoint, share: f32) -> Lit {
     if !(kernel > 0.0 && kernel < 3.4028235e38) {
         return none;
     }
-    // No part of the scene receives more than the light sends.
-    let area = point.area * share;
-    let received = area * bounded(kernel, max(source.area, area / PI));
+    let received = point.area * share * bounded(kernel, source.area);
     return Lit(source.flux * point.albedo * received, received > 0.0, normal);
 }
 

@@ -74,7 +74,12 @@ pub(super) fn sweep(models: &mut Models<'_>, technique: &dyn Technique) -> Outco
                 let start = Instant::now();
                 let mut renderer = technique.prepare(stage, &values, 0, backend)?;
                 let prepare_ms = start.elapsed().as_secs_f64() * 1e3;
-                let measured = technique::measure(renderer.as_mut(), stage, (1, technique.settles(&values)), effort.seconds())?;
+                let measured = technique::measure(
+                    renderer.as_mut(),
+                    stage,
+                    (1, technique.settles(&values)),
+                    effort.seconds(),
+                )?;
                 let run = Run {
                     technique: technique.name().to_owned(),
                     backend,

@@ -19,7 +19,15 @@ impl Adapter for Instant {
         ("", &["resolution=64", "vpls=64"]),
         (
             "printed: ",
-            &["resolution=64", "vpls=64", "bounces=2", "compensate=off", "tail=off", "sequence=halton", "outliers=0"],
+            &[
+                "resolution=64",
+                "vpls=64",
+                "bounces=2",
+                "compensate=off",
+                "tail=off",
+                "sequence=halton",
+                "outliers=0",
+            ],
         ),
         ("flat: ", &["resolution=64", "vpls=60", "interleave=1", "bounces=2", "shadow-rays=0", "motion=on"]),
         ("open: ", &["resolution=64", "vpls=64", "bounces=1", "visibility=off", "history=off"]),
@@ -45,7 +53,9 @@ impl Adapter for Instant {
     fn notes(profile: &SceneProfile) -> Notes {
         let mut notes = notes::of_lights_and_emitters(profile);
         if profile.punctual_lights() + profile.emissive_triangles > 0 {
-            notes.modelled.push("visibility of all bounces; the last bounce stands for all later ones".into());
+            notes
+                .modelled
+                .push("visibility of all bounces; the last bounce stands for all later ones".into());
         }
         if profile.alpha_masked {
             notes.warnings.push("on the GPU rays take surfaces with alpha masks as solid".into());

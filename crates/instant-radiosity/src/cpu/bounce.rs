@@ -19,7 +19,12 @@ use crate::setup::Fitted;
 /// `points` in `[0, 1)²`, one per source, choose the directions.
 #[must_use]
 pub fn bounce_rays(accel: &Accel<'_>, fitted: &Fitted, sources: &[Vpl], points: &[Vec2]) -> Vec<Vpl> {
-    sources.par_iter().zip(points).with_min_len(32).map(|(s, u)| along_ray(accel, fitted, sources, s, *u)).collect()
+    sources
+        .par_iter()
+        .zip(points)
+        .with_min_len(32)
+        .map(|(s, u)| along_ray(accel, fitted, sources, s, *u))
+        .collect()
 }
 
 fn along_ray(accel: &Accel<'_>, fitted: &Fitted, sources: &[Vpl], source: &Vpl, u: Vec2) -> Vpl {
@@ -34,7 +39,12 @@ fn along_ray(accel: &Accel<'_>, fitted: &Fitted, sources: &[Vpl], source: &Vpl, 
     let Some(surface) = fitted.surfaces.get(hit.triangle as usize) else { return Vpl::default() };
     let normal = surface.facing(direction);
     let position = origin + direction * hit.t;
-    Vpl::new(position, normal, source.flux * surface.albedo, footprint(sources, position, normal, fitted.area))
+    Vpl::new(
+        position,
+        normal,
+        source.flux * surface.albedo,
+        footprint(sources, position, normal, fitted.area),
+    )
 }
 
 /// Sources that a footprint asks.

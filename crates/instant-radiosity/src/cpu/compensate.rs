@@ -31,18 +31,24 @@ pub struct Paths<'a> {
     pub tests: u32,
     /// How often a path goes on, in units of the share that it carries, `≥ 1`.
     pub paths: f32,
-    /// Number of the frame.
-    pub frame: u32,
+    /// What the pixels' random numbers begin with.
+    pub seed: u32,
 }
 
 /// Adds to `gathered`, irradiance per pixel, W/m², what the bound of `lights` removes. Behind the lights of all bounces, theirs holds those
 /// on emissive triangles.
-pub fn compensate<S: Shadow>(gathered: &mut [Vec4], paths: &Paths<'_>, lights: &Lights<'_, S>, camera: &GBuffer) {
+pub fn compensate<S: Shadow>(
+    gathered: &mut [Vec4],
+    paths: &Paths<'_>,
+    lights: &Lights<'_, S>,
+    camera: &GBuffer,
+) {
     let pixels = gathered.par_iter_mut().enumerate().with_min_len(256).filter(|(i, _)| camera.is_surface(*i));
     pixels.for_each(|(i, e)| {
         let part = lights.parts.of_pixel(i as u32, camera.size[0]);
         let mut choices = Choices::of(e.w);
-        let more = paths.residual((i as u32, part), (camera.position[i], camera.normal[i]), lights, &mut choices);
+        let more =
+            paths.residual((i as u32, part), (camera.position[i], camera.normal[i]), lights, &mut choices);
         *e = (e.truncate() + more).extend(choices.number());
     });
 }
@@ -55,7 +61,7 @@ impl Paths<'_> {
         lights: &Lights<'_, S>,
         choices: &mut Choices,
     ) -> Vec3 {
-        let number = |salt| pixel_number(i, self.frame, salt);
+        let number = |salt| pixel_number(i, self.seed, salt);
         let unit = self.accel.unit();
         let (t, b) = math::orthonormal_basis(n);
         let w = hemisphere_cosine(Vec2::new(number(0x101), number(0x102)));

@@ -17,8 +17,8 @@ use indirect_sampling::rng::{hash_combine, unit_f32};
 use rayon::prelude::*;
 use rsm::Vpl;
 
-use crate::layout::Summary;
 use super::shadow::Shadow;
+use crate::layout::Summary;
 
 /// How virtual lights are shared out.
 #[derive(Debug, Clone, Copy)]
@@ -42,8 +42,10 @@ impl Parts {
 
     /// Lights of each part, counted through the bounces, in the ranges that one dispatch sums: software renderers end a shader's loops
     /// after 65 535 rounds, those of the rays that are traced in them included.
-    pub fn ranges(&self, all_tested: bool) -> impl Iterator<Item = Range<u32>> + use<> {
-        let (count, most) = (self.run() * self.bounces, if all_tested { 256 } else { 1024 });
+    /// `tests` as for [`gather`].
+    pub fn ranges(&self, tests: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+        let many = tests == 0 || tests > 256;
+        let (count, most) = (self.run() * self.bounces, if many { 256 } else { 1024 });
         (0..count.div_ceil(most)).map(move |i| i * most..(i * most + most).min(count))
     }
 
@@ -180,16 +182,16 @@ impl Choices {
     }
 }
 
-/// A number in `[0, 1)` that belongs to a pixel, a frame and a use of it.
+/// A number in `[0, 1)` that belongs to a pixel, a seed of the frame and a use of it.
 #[inline]
-pub(super) fn pixel_number(pixel: u32, frame: u32, salt: u32) -> f32 {
-    unit_f32(hash_combine(hash_combine(pixel, frame), salt))
+pub(super) fn pixel_number(pixel: u32, seed: u32, salt: u32) -> f32 {
+    unit_f32(hash_combine(hash_combine(pixel, seed), salt))
 }
 
 /// Irradiance per pixel, W/m², of the pixel's part of the lights, and a number that differs where another light was asked or another
 /// answer given; `tests` of each of the ranges of [`Parts::ranges`] are asked for what is in between, or all where that is 0.
 #[must_use]
-pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, frame: u32) -> Vec<Vec4> {
+pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, seed: u32) -> Vec<Vec4> {
     let ([width, height], n) = (camera.size, lights.parts.interleave);
     let at = |i: usize, part: u32| {
         if !camera.is_surface(i) {
@@ -197,8 +199,8 @@ pub fn gather<S: Shadow>(lights: &Lights<'_, S>, camera: &GBuffer, tests: u32, f
         }
         let receiver = (camera.position[i], camera.normal[i]);
         let (mut sum, mut choices) = (Vec3::ZERO, Choices::default());
-        for (number, range) in (0..).zip(lights.parts.ranges(tests == 0)) {
-            let u = pixel_number(i as u32, frame, number);
+        for (number, range) in (0..).zip(lights.parts.ranges(tests)) {
+            let u = pixel_number(i as u32, seed, number);
             sum += lights.at(part, range, receiver, (tests, u), &mut choices);
         }
         sum.extend(choices.number())

@@ -48,8 +48,9 @@ pub fn merge(
         }
         let now = filter(gathered, camera, i as u32, interleave, params);
         let p = before.get(i).copied().unwrap_or(camera.position[i]);
-        let here = Vec2::new((i as u32 % camera.size[0]) as f32 + 0.5, (i as u32 / camera.size[0]) as f32 + 0.5)
-            / Vec2::new(camera.size[0] as f32, camera.size[1] as f32);
+        let here =
+            Vec2::new((i as u32 % camera.size[0]) as f32 + 0.5, (i as u32 / camera.size[0]) as f32 + 0.5)
+                / Vec2::new(camera.size[0] as f32, camera.size[1] as f32);
         let (e, frames) = match past {
             Some(past) => blend(&now, (here, p, camera.normal[i], camera.depth[i]), past, params),
             None => (now.mean, 1.0),
@@ -105,7 +106,12 @@ fn filter(gathered: &[Vec4], camera: &GBuffer, i: u32, n: u32, params: &Params) 
     Filtered { mean, error: if count > 1.0 { variance.sqrt() } else { f32::MAX } }
 }
 
-fn blend(now: &Filtered, (here, p, n, depth): (Vec2, Vec3, Vec3, f32), past: &History, params: &Params) -> (Vec3, f32) {
+fn blend(
+    now: &Filtered,
+    (here, p, n, depth): (Vec2, Vec3, Vec3, f32),
+    past: &History,
+    params: &Params,
+) -> (Vec3, f32) {
     let alone = (now.mean, 1.0);
     let History { view, size: [width, height], irradiance, normals } = past;
     let Some(at) = view.image_point(p) else { return alone };

@@ -24,7 +24,11 @@ pub fn movement(fitted: &Fitted, camera: &GBuffer) -> Vec<Vec3> {
                 return Vec3::ZERO;
             }
             let corners = fitted.triangles[camera.triangle[i] as usize];
-            before(camera.position[i], corners.map(|v| fitted.now[v as usize]), corners.map(|v| fitted.before[v as usize]))
+            before(
+                camera.position[i],
+                corners.map(|v| fitted.now[v as usize]),
+                corners.map(|v| fitted.before[v as usize]),
+            )
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! `bounce` among points of the scene: each virtual light lights its own points, one of which becomes the next (thesis §3.6).
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 use imperfect_shadow_maps::Point;
@@ -86,9 +86,7 @@ fn lit(source: &Vpl, point: &Point, share: f32) -> Option<(Vec3, Vec3)> {
     if !(kernel > 0.0 && kernel < f32::MAX) {
         return None;
     }
-    // No part of the scene receives more than the light sends.
-    let area = point.area * share;
-    let received = area * bounded(kernel, source.area.max(area / PI));
+    let received = point.area * share * bounded(kernel, source.area);
     (received > 0.0).then_some((source.flux * point.albedo * received, normal))
 }
 

@@ -59,7 +59,11 @@ pub(crate) fn lamp(scale: f32) -> Scene {
     let mut s = corner(lights()[0], scale);
     s.lights.clear();
     let emission = Vec3::new(4.0, 3.0, 2.0);
-    s.materials.push(Material { emission, double_sided: true, ..Material::diffuse("lamp", Vec3::splat(0.2)) });
+    s.materials.push(Material {
+        emission,
+        double_sided: true,
+        ..Material::diffuse("lamp", Vec3::splat(0.2))
+    });
     square(&mut s, Vec3::new(-0.3, 1.2, -0.4) * scale, Vec3::X, Vec3::Z, 0.25 * scale, 2);
     s
 }
@@ -76,7 +80,7 @@ pub(crate) fn view(scale: f32) -> View {
 }
 
 pub(crate) fn options() -> Options {
-    Options { resolution: 64, vpls: 64, ..Options::default() }
+    Options { resolution: 64, vpls: 64, interleave: 4, ..Options::default() }
 }
 
 pub(crate) fn still(options: Options) -> Options {
