@@ -1,6 +1,6 @@
 //! The figures of the README: error against the path tracer, cost, temporal behaviour; on the CPU.
 //!
-//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|time]… [FILE.glb]
+//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time]… [FILE.glb]
 //!
 //! Without a word all of them. Errors are relative RMS errors of the luminance over what the camera sees.
 
@@ -9,16 +9,23 @@
 use std::error::Error;
 use std::time::Instant;
 
+use glam::Vec2;
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::settings::Settings as _;
 use indirect_core::{GBuffer, Image, Scene, View, math::luminance};
 use indirect_metrics::{Reference, compare};
+use indirect_sampling::sobol;
 use indirect_scene::fixtures;
 use indirect_technique::cpu::{Fit, run};
-use instant_radiosity::{InstantRadiosity, Options, Output, Params, Setup, cpu::Frame};
+use instant_radiosity::cpu::{Frame, Maps, bounce_irsm, bounce_points, bounce_rays};
+use instant_radiosity::layout::PointChoice;
+use instant_radiosity::{InstantRadiosity, Options, Output, Params, Setup};
 use reference_pathtracer::{Bounces, Components, Samples, Settings, render};
+use rsm::Vpl;
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+type Part = fn(&Stage<'_>) -> Outcome;
 
 /// A scene, its camera, and what it sees.
 struct Stage<'a> {
@@ -215,6 +222,65 @@ fn cost(stage: &Stage<'_>) -> Outcome {
     Ok(())
 }
 
+/// Table 5.3: time of the bounces alone, without shadow maps, by the thesis's points and by imperfect reflective shadow maps; and what
+/// flux they bring.
+fn bounces(stage: &Stage<'_>) -> Outcome {
+    println!(
+        "table 5.3: 256 lights, 65536 points: bounces, ms by IRSM, by points, by rays, IRSM/points; flux of the last bounce in units of rays'"
+    );
+    let setup = stage.setup("vpls=256 interleave=4 bounces=6 bounce=points visibility=maps tail=off")?;
+    let fitted = &setup.fitted;
+    let (first, _) = stage.frames(&setup, 1);
+    let start = &first.vpls[..256];
+    let draws: Vec<Vec2> = (0..256).map(|i| sobol::sample_2d(i, 3)).collect();
+    let maps = setup.options.shadow_maps();
+    let atlas_of = |vpls: &[Vpl]| imperfect_shadow_maps::cpu::build(vpls, &fitted.points, &maps);
+    // 65536 points shared out among 256 lights.
+    let choice = PointChoice { each: 256, ..PointChoice::default() };
+    let run = |way: usize| -> (Vec<f64>, Vec<f64>) {
+        let (mut vpls, mut ms, mut flux) = (start.to_vec(), Vec::new(), Vec::new());
+        for bounce in 0..5 {
+            let atlas = atlas_of(&vpls);
+            let mut times: Vec<(f64, Vec<Vpl>)> = (0..5)
+                .map(|_| {
+                    let clock = Instant::now();
+                    let next = match way {
+                        0 => bounce_irsm(fitted, &vpls, &atlas, &draws),
+                        1 => bounce_points(
+                            &Maps(&atlas),
+                            fitted,
+                            &vpls,
+                            PointChoice { seed: bounce, ..choice },
+                        ),
+                        _ => bounce_rays(&stage.accel, fitted, &vpls, &draws),
+                    };
+                    (clock.elapsed().as_secs_f64() * 1e3, next)
+                })
+                .collect();
+            times.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (time, next) = times.swap_remove(2);
+            ms.push(ms.last().copied().unwrap_or(0.0) + time);
+            flux.push(next.iter().map(|v| f64::from(luminance(v.flux))).sum());
+            vpls = next;
+        }
+        (ms, flux)
+    };
+    let [irsm, points, rays] = [0, 1, 2].map(run);
+    for k in 0..5 {
+        println!(
+            "  {} {:>7.2} {:>7.2} {:>7.2}   × {:>4.1}   flux {:.2} {:.2}",
+            k + 2,
+            irsm.0[k],
+            points.0[k],
+            rays.0[k],
+            irsm.0[k] / points.0[k],
+            irsm.1[k] / rays.1[k],
+            points.1[k] / rays.1[k]
+        );
+    }
+    Ok(())
+}
+
 /// Behaviour over time: what history gains, and how it follows.
 fn time(stage: &Stage<'_>) -> Outcome {
     println!(
@@ -274,8 +340,8 @@ fn main() -> Outcome {
     };
     let aspect = scene.cameras.first().ok_or("the scene has no camera")?.aspect.unwrap_or(1.0);
     let stage = Stage::new(&scene, [192, (192.0 / aspect).round() as u32]);
-    let parts: [(&str, fn(&Stage<'_>) -> Outcome); 4] =
-        [("error", error), ("limit", limit), ("cost", cost), ("time", time)];
+    let parts: [(&str, Part); 5] =
+        [("error", error), ("limit", limit), ("cost", cost), ("bounces", bounces), ("time", time)];
     for (word, part) in parts {
         if wants(word) {
             part(&stage)?;

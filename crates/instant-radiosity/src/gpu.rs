@@ -26,8 +26,7 @@ use crate::cpu::Parts;
 use crate::layout::{
     BounceRange, Emitter, FrameSettings, LightRange, PointChoice, PunctualLight, Summary, TriangleSurface,
 };
-use crate::output::Output;
-use crate::passes::InstantRadiosity;
+use crate::output::{InstantRadiosity, Output};
 use crate::sequence::{Use, points};
 use crate::settings::{Bounce, Options, Visibility};
 use crate::setup::Setup;
@@ -52,7 +51,7 @@ pub struct Sizes {
 
 impl Sizes {
     fn selection(&self) -> Selection {
-        Selection::Importance { count: self.setup.from_maps() }
+        Selection::Importance { count: self.setup.map_lights() }
     }
 
     /// Points of all runs of `bounce`.
@@ -195,8 +194,8 @@ impl Buffers {
             pad2: 0,
         };
         queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
-        if self.setup.from_maps() > 0 {
-            self.slots.write_points(queue, &points(&self.setup, Use::Maps, frame, self.setup.from_maps()));
+        if self.setup.map_lights() > 0 {
+            self.slots.write_points(queue, &points(&self.setup, Use::Maps, frame, self.setup.map_lights()));
         }
         let of_emitters = points(&self.setup, Use::Emitters, frame, fitted.from_emitters);
         queue.write_buffer(&self.own.emitter_points, 0, bytemuck::cast_slice(&of_emitters));
@@ -363,7 +362,7 @@ impl GpuTechnique for InstantRadiosity {
 }
 
 pub(crate) fn vpls(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    let count = b.setup.from_maps();
+    let count = b.setup.map_lights();
     if count > 0 && !b.buffers.rsm.maps.is_empty() {
         b.buffers.slots.draw(b.pipelines, pass, &b.buffers.rsm)?;
         let bytes = u64::from(count) * size_of::<Vpl>() as u64;

@@ -12,8 +12,7 @@ mod sequence;
 mod settings;
 mod setup;
 
-pub use output::Output;
-pub use passes::InstantRadiosity;
+pub use output::{InstantRadiosity, Output};
 pub use sequence::CYCLE;
 pub use settings::{Bounce, Options, Params, Sequence, Switch, Visibility};
 pub use setup::{Fitted, Setup};

@@ -4,6 +4,10 @@ use rsm::{Rsm, Vpl};
 
 use crate::layout::Summary;
 
+/// The technique.
+#[derive(Debug, Clone, Copy)]
+pub struct InstantRadiosity;
+
 /// The indirect light of a frame and everything that was computed on the way.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Output {

@@ -1,7 +1,6 @@
 use indirect_core::Image;
 #[cfg(feature = "cpu")]
 use indirect_filter::cpu::shade;
-use indirect_sampling::rng::hash_combine;
 use indirect_technique::{Row, Technique, passes};
 use rsm::Error;
 #[cfg(feature = "cpu")]
@@ -11,62 +10,11 @@ use rsm::{Selection, Vpl};
 use crate::cpu;
 #[cfg(feature = "gpu")]
 use crate::gpu;
-use crate::layout::PointChoice;
-use crate::output::Output;
+use crate::output::{InstantRadiosity, Output};
 #[cfg(feature = "cpu")]
 use crate::sequence::{Use, points};
-use crate::settings::{Bounce, Options, Params, Switch, Visibility};
+use crate::settings::{Bounce, Options, Params, Visibility};
 use crate::setup::Setup;
-
-/// The technique.
-#[derive(Debug, Clone, Copy)]
-pub struct InstantRadiosity;
-
-impl Setup {
-    /// Virtual lights of a bounce that start in the lights' maps.
-    pub(crate) fn from_maps(&self) -> u32 {
-        self.options.per_bounce() - self.fitted.from_emitters
-    }
-
-    /// All slots of virtual lights, those on emitters behind the others.
-    pub(crate) fn slots(&self) -> u32 {
-        self.options.slots() + self.fitted.from_emitters
-    }
-
-    /// Runs of `bounce`: from emitters, where there are any, and from each bounce to the next.
-    pub(crate) fn runs(&self) -> u32 {
-        u32::from(self.fitted.from_emitters > 0) + self.options.bounces - 1
-    }
-
-    /// Of a run of `bounce`: the first source, how many, the first target, and the number of its sequence.
-    pub(crate) fn run(&self, number: u32) -> BounceRun {
-        let (n, emitters) = (self.options.per_bounce(), self.fitted.from_emitters);
-        match number.checked_sub(u32::from(emitters > 0)) {
-            None => {
-                BounceRun { source: self.options.slots(), count: emitters, target: n - emitters, bounce: 0 }
-            }
-            Some(k) => BounceRun { source: k * n, count: n, target: (k + 1) * n, bounce: k + 1 },
-        }
-    }
-}
-
-impl Setup {
-    /// How a run of `bounce` chooses among points.
-    pub(crate) fn choice(&self, run: BounceRun, frame: u32) -> PointChoice {
-        let seed = hash_combine(hash_combine(self.params.seed, run.bounce), frame);
-        let brightest = u32::from(self.options.bounce == Bounce::Brightest);
-        PointChoice { each: self.options.points_per_map, brightest, seed, pad0: 0 }
-    }
-}
-
-/// Which virtual lights send rays, and where those that the rays find go.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BounceRun {
-    pub(crate) source: u32,
-    pub(crate) count: u32,
-    pub(crate) target: u32,
-    pub(crate) bounce: u32,
-}
 
 #[cfg(feature = "cpu")]
 fn lights<'a, S: cpu::Shadow>(o: &'a Output, setup: &Setup, shadow: &'a S) -> cpu::Lights<'a, S> {
@@ -79,13 +27,6 @@ fn lights<'a, S: cpu::Shadow>(o: &'a Output, setup: &Setup, shadow: &'a S) -> cp
 #[cfg(feature = "cpu")]
 fn frame_number(setup: &Setup, output: &Output) -> u32 {
     if setup.options.has_history() { output.frame } else { 0 }
-}
-
-impl Setup {
-    /// What the random numbers of a frame's pixels begin with.
-    pub(crate) const fn pixel_seed(&self, frame: u32) -> u32 {
-        hash_combine(self.params.seed, frame)
-    }
 }
 
 #[cfg(feature = "cpu")]
@@ -149,9 +90,9 @@ impl Technique for InstantRadiosity {
                     cpu: |f, o, _| {
                         let (setup, frame) = (f.setup, frame_number(f.setup, o));
                         o.vpls.clear();
-                        if setup.from_maps() > 0 {
-                            let selection = Selection::Importance { count: setup.from_maps() };
-                            let points = points(setup, Use::Maps, frame, setup.from_maps());
+                        if setup.map_lights() > 0 {
+                            let selection = Selection::Importance { count: setup.map_lights() };
+                            let points = points(setup, Use::Maps, frame, setup.map_lights());
                             o.vpls = rsm::cpu::vpls(&o.rsm, selection, &points);
                         }
                         o.vpls.resize(setup.slots() as usize, Vpl::default());
@@ -161,7 +102,7 @@ impl Technique for InstantRadiosity {
                         "",
                         &b.own.vpls,
                         0,
-                        &mut o.vpls[..b.setup.from_maps() as usize]
+                        &mut o.vpls[..b.setup.map_lights() as usize]
                     ),
                 },
                 Row {
@@ -195,11 +136,16 @@ impl Technique for InstantRadiosity {
                             let points = points(f.setup, Use::Bounce(run.bounce), frame, run.count);
                             cpu::bounce_rays(f.accel, fitted, sources, &points)
                         } else {
-                            cpu::bounce_points(f.accel, fitted, sources, f.setup.choice(run, frame))
+                            cpu::bounce_points(
+                                &cpu::Rays(f.accel),
+                                fitted,
+                                sources,
+                                f.setup.choice(run, frame),
+                            )
                         };
                         o.vpls[run.target as usize..][..run.count as usize].copy_from_slice(&next);
                     },
-                    gpu: |b, pass, number| gpu::bounce(b, pass, number),
+                    gpu: gpu::bounce,
                     data: |b, o, x, number| {
                         let run = b.setup.run(number);
                         let targets = &mut o.vpls[run.target as usize..][..run.count as usize];
@@ -323,17 +269,5 @@ impl Technique for InstantRadiosity {
             + vectors * size_of::<glam::Vec3>()
             + 16 * o.gathered.len()
             + history) as u64
-    }
-}
-
-impl Setup {
-    /// Whether the last bounce stands for all that would follow: there is one before it to tell how much it keeps.
-    pub(crate) fn has_tail(&self) -> bool {
-        self.options.tail == Switch::On && self.options.bounces > 1
-    }
-
-    /// Whether the movement of vertices is followed.
-    pub(crate) fn follows_motion(&self) -> bool {
-        self.options.motion.is_on() && self.options.has_history()
     }
 }

@@ -3,9 +3,10 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use indirect_core::{Light, LightKind, Scene, math};
 use indirect_sampling::mapping::triangle_uniform;
+use indirect_sampling::rng::hash_combine;
 
-use crate::layout::{Emitter, TriangleSurface};
-use crate::settings::{Options, Params};
+use crate::layout::{Emitter, PointChoice, TriangleSurface};
+use crate::settings::{Bounce, Options, Params};
 
 /// All settings, and what was fitted to the scene.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,6 +17,65 @@ pub struct Setup {
     pub params: Params,
     /// What the scene has.
     pub fitted: Fitted,
+}
+
+impl Setup {
+    /// Virtual lights of a bounce that start in the lights' maps.
+    pub(crate) fn map_lights(&self) -> u32 {
+        self.options.per_bounce() - self.fitted.from_emitters
+    }
+
+    /// All slots of virtual lights, those on emitters behind the others.
+    pub(crate) fn slots(&self) -> u32 {
+        self.options.slots() + self.fitted.from_emitters
+    }
+
+    /// Runs of `bounce`: from emitters, where there are any, and from each bounce to the next.
+    pub(crate) fn runs(&self) -> u32 {
+        u32::from(self.fitted.from_emitters > 0) + self.options.bounces - 1
+    }
+
+    /// Of a run of `bounce`: the first source, how many, the first target, and the number of its sequence.
+    pub(crate) fn run(&self, number: u32) -> BounceRun {
+        let (n, emitters) = (self.options.per_bounce(), self.fitted.from_emitters);
+        match number.checked_sub(u32::from(emitters > 0)) {
+            None => {
+                BounceRun { source: self.options.slots(), count: emitters, target: n - emitters, bounce: 0 }
+            }
+            Some(k) => BounceRun { source: k * n, count: n, target: (k + 1) * n, bounce: k + 1 },
+        }
+    }
+
+    /// How a run of `bounce` chooses among points.
+    pub(crate) fn choice(&self, run: BounceRun, frame: u32) -> PointChoice {
+        let seed = hash_combine(hash_combine(self.params.seed, run.bounce), frame);
+        let brightest = u32::from(self.options.bounce == Bounce::Brightest);
+        PointChoice { each: self.options.points_per_map, brightest, seed, pad0: 0 }
+    }
+
+    /// What the random numbers of a frame's pixels begin with.
+    pub(crate) const fn pixel_seed(&self, frame: u32) -> u32 {
+        hash_combine(self.params.seed, frame)
+    }
+
+    /// Whether the last bounce stands for all that would follow: there is one before it to tell how much it keeps.
+    pub(crate) fn has_tail(&self) -> bool {
+        self.options.tail.is_on() && self.options.bounces > 1
+    }
+
+    /// Whether the movement of vertices is followed.
+    pub(crate) fn follows_motion(&self) -> bool {
+        self.options.motion.is_on() && self.options.has_history()
+    }
+}
+
+/// Which virtual lights send rays, and where those that the rays find go.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BounceRun {
+    pub(crate) source: u32,
+    pub(crate) count: u32,
+    pub(crate) target: u32,
+    pub(crate) bounce: u32,
 }
 
 /// What a scene has that the technique needs beside its lights.

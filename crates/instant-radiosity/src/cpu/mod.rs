@@ -4,6 +4,7 @@ mod bounce;
 mod compensate;
 mod emit;
 mod gather;
+mod irsm;
 mod merge;
 mod movement;
 mod points;
@@ -14,6 +15,7 @@ pub use bounce::bounce_rays;
 pub use compensate::{Paths, compensate};
 pub use emit::emit;
 pub use gather::{Lights, Parts, gather};
+pub use irsm::bounce_irsm;
 pub use merge::{DEPTH_TOLERANCE, History, merge};
 pub use movement::movement;
 pub use points::bounce_points;
@@ -28,8 +30,7 @@ pub use indirect_technique::Frame;
 
 use rsm::Error;
 
-use crate::output::Output;
-use crate::passes::InstantRadiosity;
+use crate::output::{InstantRadiosity, Output};
 use crate::settings::{Options, Params};
 use crate::setup::{Fitted, Setup};
 

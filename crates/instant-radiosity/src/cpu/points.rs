@@ -4,30 +4,35 @@ use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 use imperfect_shadow_maps::Point;
-use indirect_accel::Accel;
-use indirect_core::{Ray, math};
 use indirect_core::{form_factor::bounded, math::luminance};
 use indirect_sampling::rng::{hash_combine, unit_f32};
 use rayon::prelude::*;
 use rsm::Vpl;
 
 use super::bounce::footprint;
+use super::shadow::Shadow;
 use crate::layout::PointChoice;
 use crate::setup::Fitted;
 
-/// The next bounce of `sources`, one for each; [`Vpl::default`], whose flux is 0, where no point is lit.
+/// The next bounce of `sources`, one for each; [`Vpl::default`], whose flux is 0, where no point is lit. `shadow` is asked by the number of
+/// the source.
 ///
 /// Each of the `M` points of a light stands for `A/M` of the scene's surface and reflects `ρ Φ k A/M`, `k` the bounded kernel. One of them
 /// is drawn in proportion to the luminance of that, in one pass (weighted reservoir sampling, Chao 1982), and carries what all of them
 /// reflect together: the energy is right in the mean (`docs/errata.md`, thesis §3.6).
 #[must_use]
-pub fn bounce_points(accel: &Accel<'_>, fitted: &Fitted, sources: &[Vpl], choice: PointChoice) -> Vec<Vpl> {
-    let of = |(j, s): (usize, &Vpl)| among_points(accel, fitted, sources, (j as u32, s), choice);
+pub fn bounce_points<S: Shadow>(
+    shadow: &S,
+    fitted: &Fitted,
+    sources: &[Vpl],
+    choice: PointChoice,
+) -> Vec<Vpl> {
+    let of = |(j, s): (usize, &Vpl)| among_points(shadow, fitted, sources, (j as u32, s), choice);
     sources.par_iter().enumerate().with_min_len(8).map(of).collect()
 }
 
-fn among_points(
-    accel: &Accel<'_>,
+fn among_points<S: Shadow>(
+    shadow: &S,
     fitted: &Fitted,
     sources: &[Vpl],
     (j, source): (u32, &Vpl),
@@ -55,7 +60,7 @@ fn among_points(
                 continue;
             }
         }
-        if !sees(accel, source, point.position, normal) {
+        if !shadow.visible(j, source, point.position, normal) {
             continue;
         }
         // All that is lit counts, whether it is chosen or not.
@@ -88,11 +93,4 @@ fn lit(source: &Vpl, point: &Point, share: f32) -> Option<(Vec3, Vec3)> {
     }
     let received = point.area * share * bounded(kernel, source.area);
     (received > 0.0).then_some((source.flux * point.albedo * received, normal))
-}
-
-fn sees(accel: &Accel<'_>, source: &Vpl, p: Vec3, n: Vec3) -> bool {
-    let unit = accel.unit();
-    let origin = math::offset_ray_origin_scaled(p, n, unit);
-    let goal = math::offset_ray_origin_scaled(source.position, source.normal, unit);
-    !accel.any_hit(&Ray { origin, direction: goal - origin, t_max: 1.0 })
 }
