@@ -189,9 +189,9 @@ impl Buffers {
             moving: fitted.moved().into(),
             path_tests: options.path_tests(),
             paths: params.paths,
+            path_bounces: self.setup.path_bounces(),
             pad0: 0,
             pad1: 0,
-            pad2: 0,
         };
         queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
         if self.setup.map_lights() > 0 {

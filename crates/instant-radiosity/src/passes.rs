@@ -43,7 +43,14 @@ fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec4> {
 fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
     let Setup { options, params, fitted } = f.setup;
     let seed = f.setup.pixel_seed(frame_number(f.setup, o));
-    let paths = cpu::Paths { accel: f.accel, fitted, tests: options.path_tests(), paths: params.paths, seed };
+    let paths = cpu::Paths {
+        accel: f.accel,
+        fitted,
+        bounces: f.setup.path_bounces(),
+        tests: options.path_tests(),
+        paths: params.paths,
+        seed,
+    };
     let mut gathered = core::mem::take(&mut o.gathered);
     match options.visibility {
         Visibility::Rays => {

@@ -63,6 +63,11 @@ impl Setup {
         self.options.tail.is_on() && self.options.bounces > 1
     }
 
+    /// Bounces whose lights the end of a path is lit by.
+    pub(crate) fn path_bounces(&self) -> u32 {
+        self.options.bounces - u32::from(!self.has_tail())
+    }
+
     /// Whether the movement of vertices is followed.
     pub(crate) fn follows_motion(&self) -> bool {
         self.options.motion.is_on() && self.options.has_history()

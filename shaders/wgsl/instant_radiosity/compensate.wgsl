@@ -60,7 +60,7 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     let punctual = punctual_at(q, normal);
     let emitted = emitted_at(part_of_pixel(i), q, normal);
     let light = punctual + emitted
-        + lights_at(part_of_pixel(i), 0u, run_length() * settings.bounces, q, normal,
+        + lights_at(part_of_pixel(i), 0u, run_length() * settings.path_bounces, q, normal,
             settings.path_tests, pixel_number(i, settings.seed, 0x104u));
     return surface.albedo * light * (share / probability);
 }

@@ -89,9 +89,10 @@ struct FrameSettings {
     path_tests: u32,
     /// How often a path goes on, in units of the share that it carries.
     paths: f32,
+    /// Bounces whose lights the end of a path is lit by.
+    path_bounces: u32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;

@@ -27,6 +27,9 @@ pub struct Paths<'a> {
     pub accel: &'a Accel<'a>,
     /// Its triangles as light leaves them.
     pub fitted: &'a Fitted,
+    /// Bounces whose lights the end of a path is lit by: one fewer than pixels are, as the path itself is one; all where the last stands for
+    /// those that follow.
+    pub bounces: u32,
     /// Shadow tests where a path ends; 0: all.
     pub tests: u32,
     /// How often a path goes on, in units of the share that it carries, `≥ 1`.
@@ -35,8 +38,8 @@ pub struct Paths<'a> {
     pub seed: u32,
 }
 
-/// Adds to `gathered`, irradiance per pixel, W/m², what the bound of `lights` removes. Behind the lights of all bounces, theirs holds those
-/// on emissive triangles.
+/// Adds to `gathered`, irradiance per pixel, W/m², what the bound of `lights` removes. Behind the lights of all bounces, theirs holds
+/// those on emissive triangles.
 pub fn compensate<S: Shadow>(
     gathered: &mut [Vec4],
     paths: &Paths<'_>,
@@ -83,7 +86,7 @@ impl Paths<'_> {
         }
         choices.note(hit.triangle);
         let q = origin + direction * hit.t;
-        let range = 0..lights.parts.run() * lights.parts.bounces;
+        let range = 0..lights.parts.run() * self.bounces;
         let light = self.punctual(q, normal, choices)
             + self.emitted(part, q, normal, lights, choices)
             + lights.at(part, range, (q, normal), (self.tests, number(0x104)), choices);
