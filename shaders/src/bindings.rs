@@ -69,6 +69,15 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 4, "normals", Read),
         at(0, 5, "irradiance", ReadWrite),
     ] },
+    EntryPoint { module: "RSM_TRAVERSE", name: "traverse", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "traversal", Uniform),
+        at(0, 1, "branches", Read),
+        at(0, 2, "positions", Read),
+        at(0, 3, "normals", Read),
+        at(0, 4, "receiver_count", Read),
+        at(0, 5, "irradiance", ReadWrite),
+        at(0, 6, "cuts", ReadWrite),
+    ] },
     EntryPoint { module: "FILTER_SHADE", name: "shade", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "albedos", Read),
         at(0, 1, "irradiance", Read),
@@ -207,16 +216,6 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 10, "positions", Read),
         at(0, 11, "normals", Read),
         at(0, 12, "texels", Read),
-    ] },
-    EntryPoint { module: "IMAGE_SPACE_RADIOSITY_TRAVERSE", name: "traverse", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "part", Uniform),
-        at(0, 1, "branches", Read),
-        at(0, 2, "fragment_positions", Read),
-        at(0, 3, "fragment_normals", Read),
-        at(0, 4, "totals", Read),
-        at(0, 5, "gathered", ReadWrite),
-        at(0, 6, "cuts", ReadWrite),
-        at(0, 7, "settings", Uniform),
     ] },
     EntryPoint { module: "IMAGE_SPACE_RADIOSITY_SPLAT", name: "splat_vertex", workgroup_size: [0, 0, 0], bindings: &[
         at(0, 0, "lengths", Uniform),

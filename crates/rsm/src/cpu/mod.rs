@@ -4,8 +4,11 @@ mod flux;
 mod gather;
 mod kernel;
 mod pyramid;
+mod reach;
 mod receivers;
 mod simd;
+mod traverse;
+mod tree;
 mod vpls;
 
 use indirect_accel::{Accel, cast};
@@ -16,7 +19,10 @@ pub use flux::{MIN_FOOTPRINT_COSINE, flux, texel_solid_angle};
 pub use gather::gather;
 pub use kernel::CHUNK;
 pub use pyramid::pyramid;
+pub use reach::{ALWAYS, reach};
 pub use receivers::Receivers;
+pub use traverse::{Tile, cut, traverse, traverse_visible, visit_cut};
+pub use tree::{LightTree, SAMPLES, SOURCES};
 pub use vpls::{compact, vpls};
 
 use crate::{

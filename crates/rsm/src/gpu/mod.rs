@@ -6,7 +6,9 @@
 mod list;
 mod maps;
 mod slots;
+mod traversal;
 
 pub use list::{CHUNK, VplList};
 pub use maps::{MapBuffers, MapResources, MapSizes, Maps};
 pub use slots::{SlotBuffers, VplSlots};
+pub use traversal::Traversal;

@@ -1,0 +1,75 @@
+//! What a gather by cuts through a light tree costs and errs, against the flat gather of the same list:
+//!
+//!     cargo run --release -p rsm --example tree -- [FIXTURE] [SIDE]
+//!
+//! Lists hold three bounces: half of the lights are drawn from the reflective shadow maps, a quarter each are hit by rays from those
+//! before. Errors are relative root mean squares over the receivers, times medians of nine on the CPU.
+
+#![allow(clippy::print_stdout, reason = "an example's output")]
+
+#[path = "../tests/common/bounces.rs"]
+mod bounces;
+
+use std::error::Error;
+use std::time::Instant;
+
+use indirect_accel::{Accel, BuildPreset};
+use indirect_scene::{LoadOptions, resolve};
+use rsm::cpu::{self, LightTree, Receivers};
+use rsm::{Bound, Form};
+
+/// Median milliseconds of nine runs, and the result of the last.
+fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
+    let mut result = run();
+    let mut ms: Vec<f64> = (0..9)
+        .map(|_| {
+            let start = Instant::now();
+            result = run();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    ms.sort_by(f64::total_cmp);
+    (ms[4], result)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_else(|| "cornell_spot".to_owned());
+    let side = arguments.next().map_or(Ok(104), |s| s.parse())?;
+    let scene = resolve(&name, &LoadOptions::default())?.scene;
+    let accel = Accel::build(&scene, BuildPreset::Fast);
+    let maps = cpu::generate(&accel, 512)?;
+    let view = scene.cameras.first().ok_or("the scene has no camera")?.view([side; 2]);
+    let (positions, normals) = bounces::receivers(&accel, &view, [side; 2]);
+    let points: Receivers = positions.iter().copied().zip(normals.iter().copied()).collect();
+    println!("{name}: {} receivers, {} threads", points.len(), rayon::current_num_threads());
+    println!(
+        "{:>7} {:>9} {:>9} {:>8} {:>9} {:>9} {:>8} {:>9} {:>9}",
+        "lights", "flat ms", "build ms", "tau", "reach ms", "walk ms", "cut", "RMS %", "all/1k flat"
+    );
+    let mut unit = f64::NAN;
+    for count in [1 << 10, 1 << 12, 1 << 14, 1 << 16] {
+        let vpls = bounces::vpls(&accel, &maps, count);
+        let (flat, truth) = timed(|| cpu::gather(&vpls, &points, Form::Disc));
+        if count == 1 << 10 {
+            unit = flat;
+        }
+        let (build, mut tree) = timed(|| LightTree::new(&vpls, 0));
+        for tau in [0.1, 0.03, 0.01, 0.003, 0.001] {
+            let (solve, ()) = timed(|| {
+                let threshold = tau * tree.reference_irradiance(&positions, &normals);
+                tree.solve_reach(Bound::Error, threshold);
+            });
+            let (walk, (found, cuts)) =
+                timed(|| cpu::traverse(&tree.branches, &positions, &normals, Form::Disc));
+            let cut = cuts.iter().map(|c| f64::from(*c)).sum::<f64>() / cuts.len().max(1) as f64;
+            let (error, all) = (100.0 * bounces::rel_rmse(&found, &truth), build + solve + walk);
+            println!(
+                "{:>7} {flat:>9.2} {build:>9.2} {tau:>8} {solve:>9.2} {walk:>9.2} {cut:>8.0} {error:>9.2} {:>9.2}",
+                vpls.len(),
+                all / unit
+            );
+        }
+    }
+    Ok(())
+}
