@@ -10,6 +10,7 @@ mod simd;
 mod traverse;
 mod tree;
 mod vpls;
+mod walk;
 
 use indirect_accel::{Accel, cast};
 use indirect_core::Scene;
@@ -21,9 +22,10 @@ pub use kernel::CHUNK;
 pub use pyramid::pyramid;
 pub use reach::{ALWAYS, reach};
 pub use receivers::Receivers;
-pub use traverse::{Tile, cut, traverse, traverse_visible, visit_cut};
+pub use traverse::{cut, traverse, traverse_visible, visit_cut};
 pub use tree::{LightTree, SAMPLES, SOURCES};
 pub use vpls::{compact, vpls};
+pub use walk::Tile;
 
 use crate::{
     Error,
