@@ -69,6 +69,56 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 4, "normals", Read),
         at(0, 5, "irradiance", ReadWrite),
     ] },
+    EntryPoint { module: "RSM_TREE_SORT", name: "tree_bounds", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 1, "vpls", Read),
+        at(0, 2, "count", Read),
+        at(0, 3, "bounds", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_TREE_SORT", name: "tree_keys", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 1, "vpls", Read),
+        at(0, 2, "count", Read),
+        at(0, 3, "bounds", ReadWrite),
+        at(0, 4, "pairs", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_TREE_SORT", name: "sort_blocks", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 4, "pairs", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_TREE_SORT", name: "sort_pairs", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 4, "pairs", ReadWrite),
+        at(0, 5, "step", Uniform),
+    ] },
+    EntryPoint { module: "RSM_TREE_SORT", name: "sort_merge", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 4, "pairs", ReadWrite),
+        at(0, 5, "step", Uniform),
+    ] },
+    EntryPoint { module: "RSM_TREE", name: "tree_leaves", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 1, "vpls", Read),
+        at(0, 2, "count", Read),
+        at(0, 3, "pairs", Read),
+        at(0, 4, "branches", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_TREE", name: "tree_parents", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 4, "branches", ReadWrite),
+        at(0, 5, "pair", Uniform),
+    ] },
+    EntryPoint { module: "RSM_TREE", name: "tree_reference", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 4, "branches", ReadWrite),
+        at(0, 6, "positions", Read),
+        at(0, 7, "normals", Read),
+        at(0, 8, "receiver_count", Read),
+        at(0, 9, "reference", ReadWrite),
+    ] },
+    EntryPoint { module: "RSM_TREE", name: "tree_reach", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "tree", Uniform),
+        at(0, 4, "branches", ReadWrite),
+        at(0, 9, "reference", ReadWrite),
+    ] },
     EntryPoint { module: "RSM_TRAVERSE", name: "traverse", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "traversal", Uniform),
         at(0, 1, "branches", Read),

@@ -117,6 +117,15 @@ modules! {
     RSM_COMPACT = ["rsm/layout.wgsl", "rsm/compact.wgsl"] => ["compact"];
     /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
     RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/kernel.wgsl", "rsm/gather.wgsl"] => ["gather"];
+    /// Sorts a list of virtual point lights for a tree; twin of `keys` and `sort` in `rsm::cpu::LightTree`.
+    RSM_TREE_SORT = [
+        "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/tree.wgsl", "rsm/tree_sort.wgsl",
+    ] => ["tree_bounds", "tree_keys", "sort_blocks", "sort_pairs", "sort_merge"];
+    /// The branches of a tree over a sorted list of virtual point lights; twin of `rsm::cpu::LightTree`.
+    RSM_TREE = [
+        "core/grid.wgsl", "core/cone.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
+        "rsm/reach.wgsl", "rsm/tree.wgsl", "rsm/tree_branches.wgsl",
+    ] => ["tree_leaves", "tree_parents", "tree_reference", "tree_reach"];
     /// Gathers a cut through a tree of lights, without visibility; twin of `rsm::cpu::traverse`. A module that has a test of
     /// visibility replaces the last file.
     RSM_TRAVERSE = [

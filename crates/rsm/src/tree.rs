@@ -1,5 +1,11 @@
 //! What the twins of the tree over a list of lights share: where its branches lie and how they are linked.
 
+/// Branches of the level that stands for the light of all, at most.
+pub(crate) const SOURCES: u32 = 64;
+
+/// Receivers that the reference irradiance is a mean over, at most.
+pub(crate) const SAMPLES: u32 = 256;
+
 /// The levels of a binary tree over a list of lights, from the single root down to the lights: level `k` has a branch for every
 /// `2^k` neighbours in the list, the last of them for fewer. Links follow from the number of lights alone.
 ///
@@ -67,13 +73,6 @@ impl TreeLayout {
         self.offset(0)
     }
 
-    /// The finest level with at most `most` branches, the root's for 0.
-    #[must_use]
-    pub fn level_of(&self, most: u32) -> usize {
-        let fits = |l: &[u32; 2]| l[1] <= most;
-        self.levels.iter().position(fits).unwrap_or(self.levels.len().saturating_sub(1))
-    }
-
     /// The branch that follows branch `i` of a level and all beneath it; [`Self::len`] after the last.
     #[must_use]
     pub fn next(&self, level: usize, i: u32) -> u32 {
@@ -132,7 +131,6 @@ mod tests {
     fn levels_halve_to_one_root_and_the_largest_tree_fits_a_binding() {
         let t = TreeLayout::new(65_536);
         assert_eq!((t.levels(), t.len(), t.inner(), t.count(16)), (17, 131_071, 65_535, 1));
-        assert_eq!([64, 1, 0].map(|most| t.count(t.level_of(most))), [64, 1, 1]);
         let largest = TreeLayout::new(u32::MAX);
         assert_eq!(largest.count(0), TreeLayout::MAX_LIGHTS);
         assert!(u64::from(largest.len()) * size_of::<crate::Branch>() as u64 <= 128 << 20);

@@ -23,7 +23,7 @@ pub use pyramid::pyramid;
 pub use reach::{ALWAYS, reach};
 pub use receivers::Receivers;
 pub use traverse::{cut, traverse, traverse_visible, visit_cut};
-pub use tree::{LightTree, SAMPLES, SOURCES};
+pub use tree::LightTree;
 pub use vpls::{compact, vpls};
 pub use walk::Tile;
 

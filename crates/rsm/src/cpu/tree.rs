@@ -20,14 +20,10 @@ use super::reach::{ALWAYS, reach};
 use crate::{
     layout::{Branch, Vpl},
     selection::Bound,
-    tree::TreeLayout,
+    tree::{self, SOURCES, TreeLayout},
 };
 
-/// Branches of the level that stands for the light of all, at most.
-pub const SOURCES: u32 = 64;
-
-/// Receivers that the reference irradiance is a mean over, at most.
-pub const SAMPLES: usize = 256;
+const SAMPLES: usize = tree::SAMPLES as usize;
 
 /// The key of a light without flux, after all others.
 const UNLIT: u32 = u32::MAX;
@@ -82,12 +78,23 @@ impl LightTree {
         &self.branches[self.layout.offset(level) as usize..][..self.layout.count(level) as usize]
     }
 
+    /// The branches that stand for the light of all: of the finest level where no more than [`SOURCES`] have flux, those that do.
+    fn sources(&self) -> &[Branch] {
+        let lit = self.level(0).partition_point(|leaf| leaf.weight() > 0.0);
+        let (mut level, mut count) = (0, lit);
+        while count > SOURCES as usize {
+            level += 1;
+            count = lit.div_ceil(1 << level);
+        }
+        &self.level(level)[..count]
+    }
+
     /// Mean over receivers and channels of the irradiance that the lights would cast if all faced them, W/m²: `Σ Φ/(π(d² + r²))` over up
-    /// to [`SOURCES`] branches, at up to [`SAMPLES`] receivers spread over the lists. Thresholds are shares of it: it follows the
+    /// to 64 branches, at up to 256 receivers spread over the lists. Thresholds are shares of it: it follows the
     /// lights' power, and scaling the scene does not change its ratio to any other irradiance. Receivers whose normal is 0 do not count.
     #[must_use]
     pub fn reference_irradiance(&self, positions: &[Vec3], normals: &[Vec3]) -> f32 {
-        let sources = self.level(self.layout.level_of(SOURCES));
+        let sources = self.sources();
         let n = positions.len().min(normals.len());
         let samples = n.min(SAMPLES);
         let mut sums = [(0.0, 0_u32); SAMPLES];

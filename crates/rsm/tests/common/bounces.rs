@@ -42,6 +42,7 @@ pub(crate) fn receivers(accel: &Accel<'_>, view: &View, size: [u32; 2]) -> (Vec<
     pixels.iter().map(|i| (seen.position[*i as usize], seen.normal[*i as usize])).unzip()
 }
 
+#[allow(dead_code, reason = "not every user compares")]
 /// `√mean((x − ref)²)/mean(ref)`, all channels together.
 pub(crate) fn rel_rmse(found: &[Vec3], expected: &[Vec3]) -> f64 {
     let (mut square, mut sum) = (0.0, 0.0);
