@@ -48,12 +48,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut unit = f64::NAN;
     for count in [1 << 10, 1 << 12, 1 << 14, 1 << 16] {
         let vpls = bounces::vpls(&accel, &maps, count);
-        let (flat, truth) = (0.0, cpu::gather(&vpls, &points, Form::Disc));
+        let (flat, truth) = timed(|| cpu::gather(&vpls, &points, Form::Disc));
         if count == 1 << 10 {
             unit = flat;
         }
-        let (build, mut tree) = timed(|| LightTree::new(&vpls, 0));
-        for tau in [0.01] {
+        let mut tree = LightTree::default();
+        let (build, ()) = timed(|| tree.rebuild(&vpls, 0));
+        for tau in [0.1, 0.03, 0.01, 0.003, 0.001] {
             let (solve, ()) = timed(|| {
                 let threshold = tau * tree.reference_irradiance(&positions, &normals);
                 tree.solve_reach(Bound::Error, threshold);

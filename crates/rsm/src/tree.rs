@@ -10,7 +10,7 @@ pub(crate) const SAMPLES: u32 = 256;
 /// `2^k` neighbours in the list, the last of them for fewer. Links follow from the number of lights alone.
 ///
 /// Coarse levels come first and siblings lie side by side, so that a traversal touches few cache lines.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TreeLayout {
     /// Offset and number of branches per level, that of the lights (0) first.
     levels: Vec<[u32; 2]>,

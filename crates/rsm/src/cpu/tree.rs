@@ -32,7 +32,7 @@ const UNLIT: u32 = u32::MAX;
 const PIECE: usize = 1024;
 
 /// A binary tree over a list of virtual point lights.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LightTree {
     /// Where the levels lie.
     pub layout: TreeLayout,
@@ -50,12 +50,20 @@ impl LightTree {
     /// seeds a test of its visibility is right in the mean.
     #[must_use]
     pub fn new(vpls: &[Vpl], seed: u32) -> Self {
+        let mut tree = Self::default();
+        tree.rebuild(vpls, seed);
+        tree
+    }
+
+    /// [`Self::new`] in the memory of a tree that is no longer needed: for lists that change from frame to frame.
+    pub fn rebuild(&mut self, vpls: &[Vpl], seed: u32) {
         let vpls = &vpls[..vpls.len().min(TreeLayout::MAX_LIGHTS as usize)];
-        let layout = TreeLayout::new(vpls.len() as u32);
-        let order = sort(&keys(vpls));
-        let mut branches = vec![Branch::default(); layout.len() as usize];
+        let Self { layout, order, branches } = self;
+        *layout = TreeLayout::new(vpls.len() as u32);
+        *order = sort(&keys(vpls));
+        branches.resize(layout.len() as usize, Branch::default());
         let leaves = &mut branches[layout.offset(0) as usize..];
-        leaves.par_iter_mut().zip(&order).enumerate().with_min_len(PIECE).for_each(|(i, (out, &vpl))| {
+        leaves.par_iter_mut().zip(&*order).enumerate().with_min_len(PIECE).for_each(|(i, (out, &vpl))| {
             *out = Branch { next: layout.next(0, i as u32), ..leaf(vpl, &vpls[vpl as usize]) };
         });
         for level in 1..layout.levels() {
@@ -69,7 +77,6 @@ impl LightTree {
                 *out = Branch { next, child, ..parent(&fine[2 * i], &second, u) };
             });
         }
-        Self { layout, order, branches }
     }
 
     /// The branches of a level, 0 being the lights; none beyond the root.
@@ -193,12 +200,29 @@ fn curve(cell: [u32; 3]) -> u32 {
     (x << 2) | (y << 1) | z
 }
 
-/// `sort`: the indices of the keys in ascending order, equal ones as they come.
+/// `sort`: the indices of the keys in ascending order, equal ones as they come. By digits from the last on (radix sort).
 fn sort(keys: &[u32]) -> Vec<u32> {
-    let mut pairs: Vec<u64> =
-        keys.par_iter().enumerate().map(|(i, key)| (u64::from(*key) << 32) | i as u64).collect();
-    pairs.par_sort_unstable();
-    pairs.into_iter().map(|pair| pair as u32).collect()
+    const DIGIT: u32 = 11;
+    let mut order: Vec<u32> = (0..keys.len() as u32).collect();
+    let mut sorted = vec![0; keys.len()];
+    for shift in [0, DIGIT, 2 * DIGIT] {
+        let digit = |i: u32| (keys[i as usize] >> shift) as usize & ((1 << DIGIT) - 1);
+        let mut places = [0_u32; 1 << DIGIT];
+        for key in keys {
+            places[(key >> shift) as usize & ((1 << DIGIT) - 1)] += 1;
+        }
+        let mut first = 0;
+        for place in &mut places {
+            first += core::mem::replace(place, first);
+        }
+        for &i in &order {
+            let place = &mut places[digit(i)];
+            sorted[*place as usize] = i;
+            *place += 1;
+        }
+        core::mem::swap(&mut order, &mut sorted);
+    }
+    order
 }
 
 /// The branch of light `i`: a disc.
