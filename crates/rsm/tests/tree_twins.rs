@@ -8,6 +8,7 @@ mod bounces;
 use bytemuck::Pod;
 use glam::Vec3;
 use indirect_accel::{Accel, BuildPreset};
+use indirect_gpu::shaders::{Module, RSM_TRAVERSE};
 use indirect_gpu::wgpu::{Buffer, CommandEncoderDescriptor};
 use indirect_gpu::{
     Context, Pass, PassTimer, Pipelines, Vec3Pad, empty_storage_buffer, named, read_buffer, storage_buffer,
@@ -15,6 +16,27 @@ use indirect_gpu::{
 use rsm::gpu::{LightTree, TreeParams, VplList};
 use rsm::{Bound, Branch, Form, Vpl, cpu};
 use testkit::{CpuOutput, GpuOutput, Tolerance, compare, compare_exact};
+
+/// `traverse` with a test of visibility of its own, which binds nothing.
+const HALF_HIDDEN: Module = Module {
+    name: RSM_TRAVERSE.name,
+    files: &{
+        let mut files = [RSM_TRAVERSE.files[0]; 6];
+        let mut i = 0;
+        while i < 5 {
+            files[i] = RSM_TRAVERSE.files[i];
+            i += 1;
+        }
+        files[5] = (
+            "hidden.wgsl",
+            "fn light_visible(representative: u32, receiver: u32, position: vec3<f32>, normal: vec3<f32>) -> bool {
+                return (representative + receiver) % 2u == 0u && position.y < 1.0;
+            }",
+        );
+        files
+    },
+    entry_points: RSM_TRAVERSE.entry_points,
+};
 
 struct Found {
     order: Vec<u32>,
@@ -30,6 +52,7 @@ fn on_gpu(
     capacity: u32,
     (positions, normals): (&[Vec3], &[Vec3]),
     params: &TreeParams,
+    module: &Module,
 ) -> Found {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let column = |of: &[Vec3]| {
@@ -49,7 +72,7 @@ fn on_gpu(
     tree.build(&pipelines, &mut pass, &list.buffers.named()).unwrap();
     tree.reference(&pipelines, &mut pass, &own).unwrap();
     tree.solve_reach(&pipelines, &mut pass).unwrap();
-    tree.traverse(&pipelines, &mut pass, &own).unwrap();
+    tree.traverse_with(&pipelines, &mut pass, module, &own).unwrap();
     let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
     pass.encode(&mut encoder, &mut PassTimer::off(), None);
     queue.submit([encoder.finish()]);
@@ -70,7 +93,7 @@ fn on_gpu(
 
 /// Panics where any buffer is not that of the CPU.
 fn agree(gpu: &Context, vpls: &[Vpl], capacity: u32, points: (&[Vec3], &[Vec3]), params: &TreeParams) {
-    let found = on_gpu(gpu, vpls, capacity, points, params);
+    let found = on_gpu(gpu, vpls, capacity, points, params, &RSM_TRAVERSE);
     // Places beyond the list hold nothing.
     let mut places = vpls.to_vec();
     places.resize(capacity as usize, Vpl::default());
@@ -96,7 +119,8 @@ fn agree(gpu: &Context, vpls: &[Vpl], capacity: u32, points: (&[Vec3], &[Vec3]),
     let of = |get: fn(&Branch) -> Vec<u32>, b: &[Branch]| b.iter().flat_map(get).collect::<Vec<_>>();
     let links: fn(&Branch) -> Vec<u32> = |b| vec![b.next, b.child, b.representative];
     words("links", &of(links, &tree.branches), &of(links, &found.branches));
-    let fields: [(&str, fn(&Branch) -> Vec<f32>); 7] = [
+    type Get = fn(&Branch) -> Vec<f32>;
+    let fields: [(&str, Get); 7] = [
         ("position", |b| b.position.to_array().to_vec()),
         ("normal", |b| b.normal.to_array().to_vec()),
         ("flux", |b| b.flux.to_array().to_vec()),
@@ -173,12 +197,36 @@ fn a_list_without_order_agrees() {
 }
 
 #[test]
+fn a_module_says_what_stands_in_the_way() {
+    let Some(gpu) = testkit::gpu() else { return };
+    assert_eq!(RSM_TRAVERSE.files[5].0, "rsm/unoccluded.wgsl");
+    let (vpls, positions, normals) = cornell(2000, 20);
+    let params =
+        TreeParams { receivers: positions.len() as u32, tau: 0.03, seed: 5, ..TreeParams::default() };
+    let points = (&positions[..], &normals[..]);
+    let found = on_gpu(gpu, &vpls, vpls.len() as u32, points, &params, &HALF_HIDDEN);
+    let mut tree = cpu::LightTree::new(&vpls, params.seed);
+    tree.solve_reach(params.bound, params.tau * tree.reference_irradiance(&positions, &normals));
+    let visible = |light: u32, i: usize| (light as usize + i).is_multiple_of(2) && positions[i].y < 1.0;
+    let (e, cuts) = cpu::traverse_visible(&tree.branches, &positions, &normals, params.form, visible);
+    let largest = e.iter().fold(1e-30_f32, |m, e| m.max(e.max_element()));
+    let tolerance = Tolerance { absolute: Tolerance::TWINS.absolute * largest.min(1.0), ..Tolerance::TWINS };
+    compare("irradiance", CpuOutput(&e), GpuOutput(&found.irradiance), tolerance, None).unwrap();
+    assert_eq!(found.cuts, cuts);
+    // It must have said something.
+    let all = cpu::traverse(&tree.branches, &positions, &normals, params.form).0;
+    let sum = |e: &[Vec3]| e.iter().map(|e| f64::from(e.y)).sum::<f64>();
+    assert!(sum(&e) > 0.1 * sum(&all) && sum(&e) < 0.6 * sum(&all));
+}
+
+#[test]
 #[should_panic(expected = "deviate")]
 fn a_wrong_light_is_noticed() {
     let Some(gpu) = testkit::gpu() else { panic!("deviate: nothing to compare") };
     let (vpls, positions, normals) = cornell(900, 16);
     let params = TreeParams { receivers: positions.len() as u32, ..TreeParams::default() };
-    let mut found = on_gpu(gpu, &vpls, vpls.len() as u32, (&positions, &normals), &params);
+    let points = (&positions[..], &normals[..]);
+    let mut found = on_gpu(gpu, &vpls, vpls.len() as u32, points, &params, &RSM_TRAVERSE);
     let tree = cpu::LightTree::new(&vpls, 0);
     found.branches[0].flux *= 1.01;
     let of = |b: &[Branch]| b.iter().map(|b| b.flux.x).collect::<Vec<_>>();
