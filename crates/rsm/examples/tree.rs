@@ -1,9 +1,10 @@
 //! What a gather by cuts through a light tree costs and errs, against the flat gather of the same list:
 //!
-//!     cargo run --release -p rsm --example tree -- [FIXTURE] [SIDE]
+//!     cargo run --release -p rsm --features gpu --example tree -- [FIXTURE] [SIDE]
 //!
 //! Lists hold three bounces: half of the lights are drawn from the reflective shadow maps, a quarter each are hit by rays from those
-//! before. Errors are relative root mean squares over the receivers, times the least of 15 on the CPU.
+//! before. Errors are relative root mean squares over the receivers, times the least of 15 runs. Without
+//! `--features gpu`, the CPU alone.
 
 #![allow(clippy::print_stdout, reason = "an example's output")]
 
@@ -52,6 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         if count == 1 << 10 {
             unit = flat;
         }
+        #[cfg(feature = "gpu")]
+        gpu::measure(&vpls, &positions, &normals)?;
         let mut tree = LightTree::default();
         let (build, ()) = timed(|| tree.rebuild(&vpls, 0));
         for tau in [0.1, 0.03, 0.01, 0.003, 0.001] {
@@ -71,4 +74,66 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+#[cfg(feature = "gpu")]
+mod gpu {
+    use std::error::Error;
+
+    use glam::Vec3;
+    use indirect_gpu::wgpu::{CommandEncoderDescriptor, PollType};
+    use indirect_gpu::{
+        AdapterChoice, Context, GpuError, Pass, PassTimer, Pipelines, Vec3Pad, empty_storage_buffer, named,
+        storage_buffer,
+    };
+    use rsm::Vpl;
+    use rsm::gpu::{LightTree, TreeParams, VplList};
+
+    /// Prints milliseconds of the flat gather, of the tree and of its cuts.
+    pub(super) fn measure(vpls: &[Vpl], positions: &[Vec3], normals: &[Vec3]) -> Result<(), Box<dyn Error>> {
+        let gpu = Context::new(&AdapterChoice::from_env())?;
+        let (device, queue, n) = (&gpu.device, &gpu.queue, positions.len() as u64);
+        let column = |of: &[Vec3]| {
+            let data: Vec<_> = of.iter().map(|v| Vec3Pad::new(*v, 0.0)).collect();
+            storage_buffer(device, "receivers", &data)
+        };
+        let (positions, normals) = (column(positions)?, column(normals)?);
+        let irradiance = empty_storage_buffer::<Vec3Pad>(device, "irradiance", n)?;
+        let own =
+            [named("positions", &positions), named("normals", &normals), named("irradiance", &irradiance)];
+        let pipelines = Pipelines::new(device);
+        let params = TreeParams { receivers: n as u32, tau: 0.01, ..TreeParams::default() };
+        let list = VplList::new(device, vpls.len() as u32)?;
+        let tree = LightTree::new(device, vpls.len() as u64, n)?;
+        list.prepare(queue, params.receivers, params.form);
+        list.write(queue, vpls);
+        tree.prepare(queue, &params);
+        let passes = {
+            let pass = |make: &dyn Fn(&mut Pass) -> Result<(), GpuError>| {
+                let mut pass = Pass::new("pass");
+                make(&mut pass).map(|()| pass)
+            };
+            [
+                pass(&|p| list.gather(&pipelines, p, n, &own))?,
+                pass(&|p| {
+                    tree.build(&pipelines, p, &list.buffers.named())?;
+                    tree.reference(&pipelines, p, &own)?;
+                    tree.solve_reach(&pipelines, p)
+                })?,
+                pass(&|p| tree.traverse(&pipelines, p, &own))?,
+            ]
+        };
+        let [flat, build, walk] = passes.map(|pass| {
+            let run = || {
+                let mut encoder = device.create_command_encoder(&CommandEncoderDescriptor::default());
+                pass.encode(&mut encoder, &mut PassTimer::off(), None);
+                queue.submit([encoder.finish()]);
+                device.poll(PollType::wait_indefinitely()).is_ok()
+            };
+            super::timed(run).0
+        });
+        let (count, tau, name) = (vpls.len(), params.tau, &gpu.info.name);
+        println!("{count:>7} {flat:>9.2} {build:>9.2} {tau:>8} {:>9} {walk:>9.2}   {name}", "");
+        Ok(())
+    }
 }
