@@ -2,9 +2,9 @@
 //!
 //!     cargo run --release -p rsm --features gpu --example tree -- [FIXTURE] [SIDE]
 //!
-//! Lists hold three bounces: half of the lights are drawn from the reflective shadow maps, a quarter each are hit by rays from those
-//! before. Errors are relative root mean squares over the receivers, times the least of 15 runs. Without
-//! `--features gpu`, the CPU alone.
+//! Lists hold three bounces: half of the lights are drawn from the reflective shadow maps, a quarter each are hit by
+//! rays from those before. Errors are relative root mean squares over the receivers, times the least of 15 runs.
+//! Without `--features gpu`, the CPU alone.
 
 #![allow(clippy::print_stdout, reason = "an example's output")]
 
@@ -19,7 +19,8 @@ use indirect_scene::{LoadOptions, resolve};
 use rsm::cpu::{self, LightTree, Receivers};
 use rsm::{Bound, Form};
 
-/// Least milliseconds of some runs, and the result of the last: what other programs take of the machine is not counted.
+/// Least milliseconds of some runs, and the result of the last: what other programs take of the machine is not
+/// counted.
 fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
     let mut result = run();
     let mut least = f64::INFINITY;

@@ -1,13 +1,7 @@
 //! What the twins of the tree over a list of lights share: where its branches lie and how they are linked.
 
-/// Branches of the level that stands for the light of all, at most.
-pub(crate) const SOURCES: u32 = 64;
-
-/// Receivers that the reference irradiance is a mean over, at most.
-pub(crate) const SAMPLES: u32 = 256;
-
-/// The levels of a binary tree over a list of lights, from the single root down to the lights: level `k` has a branch for every
-/// `2^k` neighbours in the list, the last of them for fewer. Links follow from the number of lights alone.
+/// The levels of a binary tree over a list of lights, from the single root down to the lights: level `k` has a branch
+/// for every `2^k` neighbours in the list, the last of them for fewer. Links follow from the number of lights alone.
 ///
 /// Coarse levels come first and siblings lie side by side, so that a traversal touches few cache lines.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -19,6 +13,10 @@ pub struct TreeLayout {
 impl TreeLayout {
     /// Most lights: what a storage binding of any WebGPU device, 128 MiB, holds the branches of.
     pub const MAX_LIGHTS: u32 = 1 << 20;
+    /// Most branches that stand for the light of all in the reference irradiance.
+    pub const SOURCES: u32 = 64;
+    /// Most receivers that the reference irradiance is a mean over.
+    pub const SAMPLES: u32 = 256;
 
     /// For up to [`Self::MAX_LIGHTS`] lights (more are cut down to that); none have no branches.
     #[must_use]

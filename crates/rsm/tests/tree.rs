@@ -253,8 +253,8 @@ fn trees_are_the_same_on_any_number_of_threads() {
     assert!([2, 3, 5].into_iter().all(|threads| on(threads) == one));
 }
 
-/// Shares of seeds for which each of the lights represents the root, and whether they are those of the flux: within 5σ of a binomial
-/// draw, a chance of 10⁻⁶ each for a draw that is right.
+/// Shares of seeds for which each of the lights represents the root, and whether they are those of the flux: within
+/// 5σ of a binomial draw, a chance of 10⁻⁶ each for a draw that is right.
 fn drawn_by_flux(vpls: &[Vpl], representative: impl Fn(u32) -> u32) -> bool {
     const SEEDS: u32 = 4000;
     let mut hits = vec![0.0; vpls.len()];

@@ -4,8 +4,8 @@
 const ALWAYS: f32 = 1e18;
 const REACH_PI: f32 = 3.14159265358979;
 
-/// The distance below which the bound of a branch exceeds the threshold. Bound 0: the error of taking its lights for one; 1: the light
-/// that they send.
+/// The distance below which the bound of a branch exceeds the threshold. Bound 0: the error of taking its lights for
+/// one; 1: the light that they send.
 fn reach_of(own: Branch, bound: u32, threshold: f32) -> f32 {
     if threshold <= 0.0 {
         return ALWAYS;

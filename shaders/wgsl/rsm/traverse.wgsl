@@ -1,9 +1,10 @@
-// traverse: each tile of neighbouring receivers gathers its own cut through a tree of lights; four receivers per thread, one
-// dispatch per part of the tree.
+// traverse: each tile of neighbouring receivers gathers its own cut through a tree of lights; four receivers per
+// thread, one dispatch per part of the tree.
 // Twin: crates/rsm/src/cpu/traverse.rs. Source: Nichols, Shopf & Wyman 2009, §3.5.1.
 //
-// The module that includes this file says what stands in the way, at most once for each receiver and light of its cut, and only where
-// that light would arrive. `rsm/unoccluded.wgsl` says nothing; another file may bind two storage buffers and textures from binding 8 on:
+// The module that includes this file says what stands in the way, at most once for each receiver and light of its
+// cut, and only where that light would arrive. `rsm/unoccluded.wgsl` says nothing; another file may bind two storage
+// buffers and textures from binding 8 on:
 //
 //     fn light_visible(representative: u32, receiver: u32, position: vec3<f32>, normal: vec3<f32>) -> bool
 

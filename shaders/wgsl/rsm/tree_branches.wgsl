@@ -169,8 +169,8 @@ fn tree_reference(@builtin(local_invocation_index) thread: u32) {
     }
 }
 
-/// The branches that stand for the light of all, the first and the one past the last: of the finest level where no more than SOURCES
-/// have flux, those that do.
+/// The branches that stand for the light of all, the first and the one past the last: of the finest level where no
+/// more than SOURCES have flux, those that do.
 fn sources() -> vec2<u32> {
     // The lights with flux come first.
     var lit = 0u;

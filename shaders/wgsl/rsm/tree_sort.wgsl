@@ -1,5 +1,7 @@
-// keys, sort: the lights of a list in the order of a tree: those that face alike together, along a space-filling curve.
-// Twin: keys and sort in crates/rsm/src/cpu/tree.rs. Sort: Batcher 1968, "Sorting Networks and Their Applications" (bitonic).
+// keys, sort: the lights of a list in the order of a tree: those that face alike together, along a space-filling
+// curve.
+// Twin: keys and sort in crates/rsm/src/cpu/tree.rs. Sort: Batcher 1968, "Sorting Networks and Their Applications"
+// (bitonic).
 
 /// A stage of the sort: runs of `size` are merged, by pairs `distance` apart.
 struct SortStep {

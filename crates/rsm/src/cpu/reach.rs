@@ -1,7 +1,7 @@
 //! `reach`: the distance from which the lights beneath a branch may be taken for one.
 //!
-//! The bound of their error is solved for the distance when the tree is made, so that the traversal decides by one comparison
-//! (Nichols, Shopf & Wyman 2009, §3.5; equation 8 has the same aim).
+//! The bound of their error is solved for the distance when the tree is made, so that the traversal decides by one
+//! comparison (Nichols, Shopf & Wyman 2009, §3.5; equation 8 has the same aim).
 
 use core::f32::consts::PI;
 
@@ -10,7 +10,8 @@ use crate::{layout::Branch, selection::Bound};
 /// The reach of a branch that is never exact enough, metres. Its square is finite.
 pub const ALWAYS: f32 = 1e18;
 
-/// The distance, metres, below which the bound of a branch exceeds `threshold`, W/m²; [`ALWAYS`] where that is not positive.
+/// The distance, metres, below which the bound of a branch exceeds `threshold`, W/m²; [`ALWAYS`] where that is not
+/// positive.
 #[must_use]
 pub fn reach(branch: &Branch, bound: Bound, threshold: f32) -> f32 {
     if threshold <= 0.0 {

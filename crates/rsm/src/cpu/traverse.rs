@@ -1,8 +1,10 @@
-//! `traverse`: each tile of neighbouring receivers gathers its own cut through a tree of lights (Nichols, Shopf & Wyman 2009, §3.5.1).
+//! `traverse`: each tile of neighbouring receivers gathers its own cut through a tree of lights (Nichols, Shopf &
+//! Wyman 2009, §3.5.1).
 //!
-//! The traversal keeps no stack: from a branch it goes to [`Branch::child`] or to [`Branch::next`]. The receivers of a tile share the
-//! cut that the nearest of them needs, which is at least as fine as each alone: so one traversal serves a whole block of the
-//! gather's kernel. Neighbours must therefore lie near each other in the lists: along a Z curve, say.
+//! The traversal keeps no stack: from a branch it goes to [`Branch::child`] or to [`Branch::next`]. The receivers of
+//! a tile share the cut that the nearest of them needs, which is at least as fine as each alone: so one traversal
+//! serves a whole block of the gather's kernel. Neighbours must therefore lie near each other in the lists: along a Z
+//! curve, say.
 
 use core::ops::Range;
 
@@ -32,11 +34,13 @@ pub fn traverse(tree: &[Branch], positions: &[Vec3], normals: &[Vec3], form: For
     })
 }
 
-/// [`traverse`] with a test of visibility: the light of a branch arrives at a receiver where `visible(representative, receiver)` says so.
+/// [`traverse`] with a test of visibility: the light of a branch arrives at a receiver where `visible(representative,
+/// receiver)` says so.
 ///
-/// The first argument is [`Branch::representative`]: of a [`LightTree`](super::LightTree) the index of a virtual point light, so that
-/// one shadow test, against a map of that light or along a ray to it, stands for all lights beneath. The second is the receiver's
-/// index. Asked for each light of a cut and each receiver that it would reach otherwise.
+/// The first argument is [`Branch::representative`]: of a [`LightTree`](super::LightTree) the index of a virtual
+/// point light, so that one shadow test, against a map of that light or along a ray to it, stands for all lights
+/// beneath. The second is the receiver's index. Asked for each light of a cut and each receiver that it would reach
+/// otherwise.
 #[must_use]
 pub fn traverse_visible(
     tree: &[Branch],
@@ -68,8 +72,8 @@ pub fn traverse_visible(
     )
 }
 
-/// What `of_tile` makes of each tile, its block for the kernel and the indices of its receivers; with something to work with
-/// that `start` has made.
+/// What `of_tile` makes of each tile, its block for the kernel and the indices of its receivers; with something to
+/// work with that `start` has made.
 fn tiles<S>(
     positions: &[Vec3],
     normals: &[Vec3],

@@ -1,13 +1,16 @@
 //! `tree`: a binary tree over any list of virtual point lights, so that a receiver's cut costs less than the list.
 //!
-//! 1. `keys`: each light's place along a space-filling curve through the lights' bounding box, lights that face alike together;
+//! 1. `keys`: each light's place along a space-filling curve through the lights' bounding box, lights that face alike
+//!    together;
 //! 2. `sort`: by key, equal keys in the order of the list; lights without flux last;
-//! 3. `leaves`, `parents`: a balanced tree over the sorted order, level by level ([`TreeLayout`]): sums of flux and area, means weighted
+//! 3. `leaves`, `parents`: a balanced tree over the sorted order, level by level ([`TreeLayout`]): sums of flux and
+//!    area, means weighted
 //!    by flux, bounds of position and normal, and one light drawn in proportion to flux that represents all beneath;
 //! 4. `reach`: the bound of each branch's error solved for the distance.
 //!
-//! Trees of point lights for cuts by a bound of their error: Walter et al. 2005, "Lightcuts"; one light in proportion to flux for each
-//! cluster likewise. A sorted order instead of agglomeration: Lauterbach et al. 2009, "Fast BVH Construction on GPUs".
+//! Trees of point lights for cuts by a bound of their error: Walter et al. 2005, "Lightcuts"; one light in proportion
+//! to flux for each cluster likewise. A sorted order instead of agglomeration: Lauterbach et al. 2009, "Fast BVH
+//! Construction on GPUs".
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -20,10 +23,10 @@ use super::reach::{ALWAYS, reach};
 use crate::{
     layout::{Branch, Vpl},
     selection::Bound,
-    tree::{self, SOURCES, TreeLayout},
+    tree::TreeLayout,
 };
 
-const SAMPLES: usize = tree::SAMPLES as usize;
+const SAMPLES: usize = TreeLayout::SAMPLES as usize;
 
 /// The key of a light without flux, after all others.
 const UNLIT: u32 = u32::MAX;
@@ -43,11 +46,11 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// The tree over `vpls`, of which those beyond [`TreeLayout::MAX_LIGHTS`], without flux or with anything that is not finite count as
-    /// unlit. Until [`Self::solve_reach`] a cut is every light of the list.
+    /// The tree over `vpls`, of which those beyond [`TreeLayout::MAX_LIGHTS`], without flux or with anything that is
+    /// not finite count as unlit. Until [`Self::solve_reach`] a cut is every light of the list.
     ///
-    /// `seed` decides which light represents those beneath a branch: each with the probability of its share of their flux, so that over
-    /// seeds a test of its visibility is right in the mean.
+    /// `seed` decides which light represents those beneath a branch: each with the probability of its share of their
+    /// flux, so that over seeds a test of its visibility is right in the mean.
     #[must_use]
     pub fn new(vpls: &[Vpl], seed: u32) -> Self {
         let mut tree = Self::default();
@@ -85,20 +88,22 @@ impl LightTree {
         &self.branches[self.layout.offset(level) as usize..][..self.layout.count(level) as usize]
     }
 
-    /// The branches that stand for the light of all: of the finest level where no more than [`SOURCES`] have flux, those that do.
+    /// The branches that stand for the light of all: of the finest level where no more than [`TreeLayout::SOURCES`]
+    /// have flux, those that do.
     fn sources(&self) -> &[Branch] {
         let lit = self.level(0).partition_point(|leaf| leaf.weight() > 0.0);
         let (mut level, mut count) = (0, lit);
-        while count > SOURCES as usize {
+        while count > TreeLayout::SOURCES as usize {
             level += 1;
             count = lit.div_ceil(1 << level);
         }
         &self.level(level)[..count]
     }
 
-    /// Mean over receivers and channels of the irradiance that the lights would cast if all faced them, W/m²: `Σ Φ/(π(d² + r²))` over up
-    /// to 64 branches, at up to 256 receivers spread over the lists. Thresholds are shares of it: it follows the
-    /// lights' power, and scaling the scene does not change its ratio to any other irradiance. Receivers whose normal is 0 do not count.
+    /// Mean over receivers and channels of the irradiance that the lights would cast if all faced them, W/m²: `Σ
+    /// Φ/(π(d² + r²))` over up to 64 branches, at up to 256 receivers spread over the lists. Thresholds are shares of
+    /// it: it follows the lights' power, and scaling the scene does not change its ratio to any other irradiance.
+    /// Receivers whose normal is 0 do not count.
     #[must_use]
     pub fn reference_irradiance(&self, positions: &[Vec3], normals: &[Vec3]) -> f32 {
         let sources = self.sources();
@@ -200,7 +205,8 @@ fn curve(cell: [u32; 3]) -> u32 {
     (x << 2) | (y << 1) | z
 }
 
-/// `sort`: the indices of the keys in ascending order, equal ones as they come. By digits from the last on (radix sort).
+/// `sort`: the indices of the keys in ascending order, equal ones as they come. By digits from the last on (radix
+/// sort).
 fn sort(keys: &[u32]) -> Vec<u32> {
     const DIGIT: u32 = 11;
     let mut order: Vec<u32> = (0..keys.len() as u32).collect();

@@ -44,7 +44,8 @@ impl Tile {
     }
 }
 
-/// The branches of the cut of a tile, in the order of the walk. Inlined into each instruction set's copy, see `simd.rs`.
+/// The branches of the cut of a tile, in the order of the walk. Inlined into each instruction set's copy, see
+/// `simd.rs`.
 #[inline(always)]
 pub(super) fn walk(tree: &[Branch], tile: &Tile, mut visit: impl FnMut(&Branch)) {
     let mut i = 0;

@@ -5,12 +5,13 @@ use bytemuck::{Pod, Zeroable};
 use crate::Form;
 
 indirect_core::wgsl_struct! {
-    /// Which branches a dispatch of `traverse` (`RSM_TRAVERSE`) walks, and how. The dispatch has a thread for every four receivers and binds
-    /// `branches`, `positions`, `normals`, `receiver_count` (`array<u32>`), `irradiance` and `cuts` (one `u32` per
-    /// [`TILE`](crate::TILE)), with `traversal` as a uniform.
+    /// Which branches a dispatch of `traverse` (`RSM_TRAVERSE`) walks, and how. The dispatch has a thread for every
+    /// four receivers and binds `branches`, `positions`, `normals`, `receiver_count` (`array<u32>`), `irradiance` and
+    /// `cuts` (one `u32` per [`TILE`](crate::TILE)), with `traversal` as a uniform.
     #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
     pub struct Traversal = "Traversal" {
-        /// The first branch of the part that is bound, among all; a part that begins at 0 starts the sums, the others add to them.
+        /// The first branch of the part that is bound, among all; a part that begins at 0 starts the sums, the others
+        /// add to them.
         pub first: u32,
         /// The branch past its end.
         pub end: u32,

@@ -62,8 +62,8 @@ indirect_core::wgsl_struct! {
 pub struct TreeParams {
     /// Number of receivers, no more than the tree was made for.
     pub receivers: u32,
-    /// Share of the reference irradiance that the bound of a branch may reach before it is subdivided, `≥ 0`. Higher: fewer lights in a
-    /// cut, less exact; 0 gathers every light.
+    /// Share of the reference irradiance that the bound of a branch may reach before it is subdivided, `≥ 0`. Higher:
+    /// fewer lights in a cut, less exact; 0 gathers every light.
     pub tau: f32,
     /// What tau bounds.
     pub bound: Bound,
@@ -120,10 +120,11 @@ buffers! {
     }
 }
 
-/// A binary tree over a list of virtual point lights that lies on the GPU, and the sum of the light of cuts through it: the twin of
-/// `cpu::LightTree`. It knows nothing of maps: any list and any receivers will do.
+/// A binary tree over a list of virtual point lights that lies on the GPU, and the sum of the light of cuts through
+/// it: the twin of `cpu::LightTree`. It knows nothing of maps: any list and any receivers will do.
 ///
-/// A frame adds [`Self::build`], [`Self::reference`], [`Self::solve_reach`] and [`Self::traverse`] to its passes, in this order.
+/// A frame adds [`Self::build`], [`Self::reference`], [`Self::solve_reach`] and [`Self::traverse`] to its passes, in
+/// this order.
 #[derive(Debug, Clone)]
 pub struct LightTree {
     /// The buffers.
@@ -138,7 +139,8 @@ impl LightTree {
         TreeSizes { layout: TreeLayout::new(u32::try_from(lights).unwrap_or(u32::MAX)), receivers }
     }
 
-    /// The stages beyond those within blocks: of each size the distances of at least a block, and one for all smaller ones.
+    /// The stages beyond those within blocks: of each size the distances of at least a block, and one for all smaller
+    /// ones.
     fn steps(padded: u32) -> Vec<SortStep> {
         let mut steps = Vec::new();
         let mut size = 2 * BLOCK;
@@ -153,8 +155,8 @@ impl LightTree {
         steps
     }
 
-    /// What a tree over up to `lights` lights (those beyond [`TreeLayout::MAX_LIGHTS`] are left out) for up to `receivers` receivers will
-    /// allocate.
+    /// What a tree over up to `lights` lights (those beyond [`TreeLayout::MAX_LIGHTS`] are left out) for up to
+    /// `receivers` receivers will allocate.
     #[must_use]
     pub fn plan(lights: u64, receivers: u64) -> Plan {
         let sizes = Self::sizes(lights, receivers);
@@ -226,7 +228,8 @@ impl LightTree {
         write(&self.buffers.receiver_count, bytemuck::bytes_of(&receivers));
     }
 
-    /// Adds `tree`: sorts a list and makes the branches. `list` binds `vpls` and `count`, those of [`VplList`](super::VplList) say.
+    /// Adds `tree`: sorts a list and makes the branches. `list` binds `vpls` and `count`, those of
+    /// [`VplList`](super::VplList) say.
     ///
     /// # Errors
     /// [`GpuError::Unbound`] where one of the names is missing.
@@ -261,8 +264,9 @@ impl LightTree {
         Ok(())
     }
 
-    /// Adds `reference`: the irradiance that [`TreeParams::tau`] is a share of, as `cpu::LightTree::reference_irradiance` has it. `own`
-    /// binds `positions` and `normals` of the receivers, `array<vec4<f32>>`. A caller that knows it writes it to `reference` instead.
+    /// Adds `reference`: the irradiance that [`TreeParams::tau`] is a share of, as
+    /// `cpu::LightTree::reference_irradiance` has it. `own` binds `positions` and `normals` of the receivers,
+    /// `array<vec4<f32>>`. A caller that knows it writes it to `reference` instead.
     ///
     /// # Errors
     /// As [`Self::build`].
@@ -284,8 +288,8 @@ impl LightTree {
         pass.compute(pipelines, (&RSM_TREE, "tree_reach"), threads, &[&self.buffers.named()])
     }
 
-    /// Adds `traverse`: the irradiance of cuts at the receivers, without visibility. `own` binds `positions`, `normals` (xyz each) and
-    /// `irradiance`, all `array<vec4<f32>>`.
+    /// Adds `traverse`: the irradiance of cuts at the receivers, without visibility. `own` binds `positions`,
+    /// `normals` (xyz each) and `irradiance`, all `array<vec4<f32>>`.
     ///
     /// # Errors
     /// As [`Self::build`], and [`GpuError::Limit`] for more receivers than a dispatch can have.
@@ -298,8 +302,8 @@ impl LightTree {
         self.traverse_with(pipelines, pass, &RSM_TRAVERSE, own)
     }
 
-    /// [`Self::traverse`] by a module that includes `rsm/traverse.wgsl` with a `light_visible` of its own; `own` also binds what that
-    /// needs.
+    /// [`Self::traverse`] by a module that includes `rsm/traverse.wgsl` with a `light_visible` of its own; `own` also
+    /// binds what that needs.
     ///
     /// # Errors
     /// As there.
@@ -329,8 +333,8 @@ mod tests {
         check::<SortStep>(&RSM_TREE_SORT).unwrap();
         check_constant(&RSM_TREE_SORT, "BLOCK", BLOCK).unwrap();
         check_constant(&RSM_TREE_SORT, "THREADS", THREADS).unwrap();
-        check_constant(&RSM_TREE, "SAMPLES", crate::tree::SAMPLES).unwrap();
-        check_constant(&RSM_TREE, "SOURCES", crate::tree::SOURCES).unwrap();
+        check_constant(&RSM_TREE, "SAMPLES", TreeLayout::SAMPLES).unwrap();
+        check_constant(&RSM_TREE, "SOURCES", TreeLayout::SOURCES).unwrap();
     }
 
     #[test]

@@ -6,7 +6,8 @@ use indirect_core::{Ray, View, math};
 use indirect_sampling::{mapping, sobol};
 use rsm::{Rsm, Selection, Vpl, cpu};
 
-/// `count` lights: half of them drawn from the maps, a quarter each of the second and the third bounce, found by one ray each.
+/// `count` lights: half of them drawn from the maps, a quarter each of the second and the third bounce, found by one
+/// ray each.
 pub(crate) fn vpls(accel: &Accel<'_>, maps: &Rsm, count: u32) -> Vec<Vpl> {
     let scene = accel.scene();
     let triangles = 0..scene.mesh.triangles.len() as u32;
