@@ -126,7 +126,21 @@ modules! {
     /// Drops virtual point lights without flux; twin of `rsm::cpu::compact`.
     RSM_COMPACT = ["rsm/layout.wgsl", "rsm/compact.wgsl"] => ["compact"];
     /// Irradiance that virtual point lights cast on receivers; twin of `rsm::cpu::gather`.
-    RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/gather.wgsl"] => ["gather"];
+    RSM_GATHER = ["core/grid.wgsl", "rsm/layout.wgsl", "rsm/kernel.wgsl", "rsm/gather.wgsl"] => ["gather"];
+    /// Sorts a list of virtual point lights for a tree; twin of `keys` and `sort` in `rsm::cpu::LightTree`.
+    RSM_TREE_SORT = [
+        "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/tree.wgsl", "rsm/tree_sort.wgsl",
+    ] => ["tree_bounds", "tree_keys", "sort_blocks", "sort_pairs", "sort_merge"];
+    /// The branches of a tree over a sorted list of virtual point lights; twin of `rsm::cpu::LightTree`.
+    RSM_TREE = [
+        "core/grid.wgsl", "core/cone.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
+        "rsm/reach.wgsl", "rsm/tree.wgsl", "rsm/tree_branches.wgsl",
+    ] => ["tree_leaves", "tree_parents", "tree_reference", "tree_reach"];
+    /// Gathers a cut through a tree of lights, without visibility; twin of `rsm::cpu::traverse`. A module that has a test of
+    /// visibility replaces the last file.
+    RSM_TRAVERSE = [
+        "core/grid.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl", "rsm/kernel.wgsl", "rsm/traverse.wgsl", "rsm/unoccluded.wgsl",
+    ] => ["traverse"];
     /// Radiance that leaves each pixel; twin of `indirect_filter::cpu::shade`.
     FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
     /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
@@ -207,9 +221,9 @@ modules! {
     ] => ["mips_parent"];
     /// Which blocks light is gathered at; twin of `image_space_radiosity::cpu::sources` and `refine`.
     IMAGE_SPACE_RADIOSITY_REFINE = [
-        "core/grid.wgsl", "core/cone.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/pixel.wgsl", "image_space_radiosity/blocks.wgsl", "image_space_radiosity/sources.wgsl",
-        "image_space_radiosity/refine.wgsl",
+        "core/grid.wgsl", "core/cone.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
+        "image_space_radiosity/levels.wgsl", "image_space_radiosity/pixel.wgsl", "image_space_radiosity/blocks.wgsl",
+        "image_space_radiosity/sources.wgsl", "image_space_radiosity/refine.wgsl",
     ] => ["reference_irradiance", "refine", "stencil"];
     /// The valid blocks as a list; twin of `image_space_radiosity::cpu::compact`.
     IMAGE_SPACE_RADIOSITY_COMPACT = [
@@ -218,26 +232,23 @@ modules! {
     ] => ["compact_count", "compact_scan", "compact_write", "compact_arguments", "compact_points"];
     /// Texels of reflective shadow maps put together to lights; twin of `image_space_radiosity::cpu::patches`.
     IMAGE_SPACE_RADIOSITY_PATCHES = [
-        "core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
+        "core/grid.wgsl", "core/cone.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
         "image_space_radiosity/texels.wgsl", "image_space_radiosity/patches.wgsl",
     ] => ["patches_texels", "patches_parent", "patches_sources", "patches_source_texels"];
     /// One list of lights without discontinuities; twin of `image_space_radiosity::cpu::clusters`.
     IMAGE_SPACE_RADIOSITY_CLUSTERS = [
-        "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/texels.wgsl", "image_space_radiosity/clusters.wgsl",
+        "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
+        "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl", "image_space_radiosity/clusters.wgsl",
     ] => ["clusters"];
     /// Lights in the order of a traversal; twin of `image_space_radiosity::cpu::tree`.
     IMAGE_SPACE_RADIOSITY_TREE = [
-        "core/grid.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl",
-        "image_space_radiosity/texels.wgsl", "image_space_radiosity/tree.wgsl",
+        "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl", "rsm/reach.wgsl",
+        "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl",
+        "image_space_radiosity/tree.wgsl",
     ] => ["tree", "tree_texels"];
-    /// Gathers a cut through the tree; twin of `image_space_radiosity::cpu::traverse`.
-    IMAGE_SPACE_RADIOSITY_TRAVERSE = [
-        "core/grid.wgsl", "image_space_radiosity/layout.wgsl", "image_space_radiosity/traverse.wgsl",
-    ] => ["traverse"];
     /// Adds light after light by blending; twin of `image_space_radiosity::cpu::splat`.
     IMAGE_SPACE_RADIOSITY_SPLAT = [
-        "core/grid.wgsl", "core/view.wgsl", "rsm/layout.wgsl", "image_space_radiosity/layout.wgsl",
+        "core/grid.wgsl", "core/view.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
         "image_space_radiosity/splat.wgsl",
     ] => ["splat_vertex", "splat", "splat_bounded_vertex", "splat_bounded", "splat_resolve"];
     /// Irradiance from blocks to pixels; twin of `image_space_radiosity::cpu::upsample`.

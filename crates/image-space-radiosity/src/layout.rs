@@ -98,38 +98,3 @@ impl Patch {
         Vpl::new(self.position, self.normal, self.flux, self.area)
     }
 }
-
-indirect_core::wgsl_struct! {
-    /// A patch as the traversal sees it, linked to its children and past them. 64 bytes, a cache line.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-    pub struct Branch = "Branch" {
-        /// See [`Patch::position`].
-        pub position: Vec3,
-        /// See [`Patch::area`].
-        pub area: f32,
-        /// See [`Patch::normal`].
-        pub normal: Vec3,
-        /// Receivers nearer to `position` than this need the children, metres; 0 where there are none.
-        pub reach: f32,
-        /// See [`Patch::flux`].
-        pub flux: Vec3,
-        /// Index of the branch that follows when the children are skipped.
-        pub next: u32,
-        /// Index of the first child; meaningless where `reach` is 0.
-        pub child: u32,
-        /// Fills the row.
-        pub pad0: u32,
-        /// Fills the row.
-        pub pad1: u32,
-        /// Fills the row.
-        pub pad2: u32,
-    }
-}
-
-impl Branch {
-    /// The branch as a virtual point light.
-    #[must_use]
-    pub const fn vpl(&self) -> Vpl {
-        Vpl::new(self.position, self.normal, self.flux, self.area)
-    }
-}

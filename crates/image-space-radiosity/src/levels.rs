@@ -2,9 +2,6 @@ use rsm::PyramidLayout;
 
 use crate::settings::Options;
 
-/// Neighbouring fragments that share one cut through the lights.
-pub const TILE: usize = 8;
-
 /// Patches along each side of a map, and blocks along each side of the image, that `sources` looks at.
 pub const SOURCE_CELLS: u32 = 4;
 /// See [`SOURCE_CELLS`].

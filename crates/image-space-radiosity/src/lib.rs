@@ -11,8 +11,8 @@ mod output;
 mod passes;
 mod settings;
 
-pub use layout::{Block, Branch, Patch};
-pub use levels::{Links, Pyramids, RECEIVER_CELLS, SOURCE_CELLS, TILE, level_of_cells, place, z_order};
+pub use layout::{Block, Patch};
+pub use levels::{Links, Pyramids, RECEIVER_CELLS, SOURCE_CELLS, level_of_cells, place, z_order};
 pub use output::{Fragments, ImageSpaceRadiosity, Irradiance, Output, Setup};
-pub use rsm::{Error, Form, Select};
-pub use settings::{Bound, Lights, Method, Options, Params, Thresholds};
+pub use rsm::{Bound, Branch, Error, Form, Select, TILE};
+pub use settings::{Lights, Method, Options, Params, Thresholds};

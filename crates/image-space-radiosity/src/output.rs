@@ -1,8 +1,8 @@
 use glam::Vec3;
 use indirect_core::Image;
-use rsm::{Rsm, Vpl};
+use rsm::{Branch, Rsm, Vpl};
 
-use crate::layout::{Block, Branch, Patch};
+use crate::layout::{Block, Patch};
 use crate::settings::{Options, Params};
 
 /// The technique.

@@ -1,5 +1,5 @@
 use indirect_core::settings::BadOption;
-use rsm::{Form, MAX_RESOLUTION, Select, Selection};
+use rsm::{Bound, Form, MAX_RESOLUTION, Select, Selection};
 
 indirect_core::choice! {
     /// Which lights a fragment gathers.
@@ -27,20 +27,6 @@ indirect_core::choice! {
         /// Each light is added to the pixels near it, at full resolution (Dachsbacher & Stamminger 2006): the other baseline.
         /// Loses the light beyond the bounds.
         BoundedSplat = "bounded",
-    }
-}
-
-indirect_core::choice! {
-    /// What decides that a patch is too coarse for a fragment.
-    pub enum Bound {
-        /// The error of taking the patch for one light: `Φ/(πd²) · (r²/d² + versine)`, where `r` is its radius and the versine that
-        /// of its cone of normals, `d` the distance of its mean position. An estimate of the error rather than a bound: a patch
-        /// that comes nearer than its mean errs more. The default.
-        #[default]
-        Error = "error",
-        /// The light that the patch sends, `Φ/(πd² + A)`: equations 7 and 8 with the reading of `docs/errata.md`. Splits bright
-        /// patches that are far or flat as readily as those that need it.
-        ContributionAsPrinted = "contribution",
     }
 }
 

@@ -34,6 +34,48 @@ impl Vpl {
 }
 
 indirect_core::wgsl_struct! {
+    /// A node of a tree of lights as a traversal sees it: what is beneath it as one light, linked to its children and past them.
+    /// 64 bytes, a cache line.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+    pub struct Branch = "Branch" {
+        /// Mean position, weighted by flux, metres.
+        pub position: Vec3,
+        /// Sum of the areas, m².
+        pub area: f32,
+        /// Mean normal, weighted by flux, made unit: the axis of a cone that contains all normals.
+        pub normal: Vec3,
+        /// Receivers nearer to `position` than this need the children, metres; 0 where there are none.
+        pub reach: f32,
+        /// Sum of the reflected flux, W.
+        pub flux: Vec3,
+        /// Index of the branch that follows when the children are skipped.
+        pub next: u32,
+        /// Index of the first child; meaningless where `reach` is 0.
+        pub child: u32,
+        /// Index of the virtual point light that stands for those beneath in a test of visibility; 0 where the tree has none.
+        pub representative: u32,
+        /// Radius of a sphere around `position` that contains what is beneath, metres; 0 of a texel.
+        pub radius: f32,
+        /// `1 − cos` of the cone's half angle, `[0, 2]`.
+        pub versine: f32,
+    }
+}
+
+impl Branch {
+    /// Sum of the flux over the channels, W: positive where anything is reflected.
+    #[must_use]
+    pub fn weight(&self) -> f32 {
+        self.flux.x + self.flux.y + self.flux.z
+    }
+
+    /// The branch as a virtual point light.
+    #[must_use]
+    pub const fn vpl(&self) -> Vpl {
+        Vpl::new(self.position, self.normal, self.flux, self.area)
+    }
+}
+
+indirect_core::wgsl_struct! {
     /// Light in one texel of a map. 32 bytes.
     #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
     pub struct Texel = "Texel" {

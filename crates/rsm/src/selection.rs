@@ -92,3 +92,17 @@ impl Select {
         }
     }
 }
+
+indirect_core::choice! {
+    /// What decides that lights are too coarse a group for a receiver to be taken for one.
+    pub enum Bound {
+        /// The error of taking them for one light: `Φ/(πd²) · (r²/d² + versine)`, where `r` is their radius and the versine that
+        /// of their cone of normals, `d` the distance of their mean position. An estimate of the error rather than a bound: a group
+        /// that comes nearer than its mean errs more. The default.
+        #[default]
+        Error = "error",
+        /// The light that they send, `Φ/(πd² + A)`: Nichols, Shopf & Wyman 2009, equations 7 and 8, with the reading of
+        /// `docs/errata.md`. Splits bright groups that are far or flat as readily as those that need it.
+        ContributionAsPrinted = "contribution",
+    }
+}

@@ -26,20 +26,6 @@ struct Patch {
     pad2: f32,
 }
 
-/// A patch as the traversal sees it, linked to its children and past them.
-struct Branch {
-    position: vec3<f32>,
-    area: f32,
-    normal: vec3<f32>,
-    reach: f32,
-    flux: vec3<f32>,
-    next: u32,
-    child: u32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
-}
-
 /// A level of a pyramid and the finer one below it.
 struct LevelPair {
     fine_offset: u32,
@@ -131,11 +117,3 @@ const EMPTY: u32 = 0u;
 const COVERED: u32 = 1u;
 const VALID: u32 = 2u;
 const SPLIT: u32 = 3u;
-
-/// Neighbouring fragments that share one cut.
-const TILE: u32 = 8u;
-
-/// Sum of the channels.
-fn weight(flux: vec3<f32>) -> f32 {
-    return flux.x + flux.y + flux.z;
-}

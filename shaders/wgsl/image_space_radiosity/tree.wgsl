@@ -14,9 +14,6 @@
 @group(0) @binding(7) var<uniform> lengths: Lengths;
 @group(0) @binding(8) var<uniform> part: Part;
 
-const ALWAYS: f32 = 1e18;
-const PI: f32 = 3.14159265358979;
-
 /// The branches above the texels, which come first, of all maps of a part; one thread each.
 @compute @workgroup_size(64)
 fn tree(
@@ -31,14 +28,16 @@ fn tree(
         let node = links[i].x;
         let own = patches[map * lengths.patches + node - table.levels[0].y * table.levels[0].z];
         let level = place(node).x;
-        var reach = 0.0;
+        var branch = branch_of(own);
+        branch.radius = own.radius;
+        branch.versine = own.versine;
         if level > table.finest && weight(own.flux) > 0.0 {
-            reach = ALWAYS;
+            branch.reach = ALWAYS;
             if level <= table.coarsest {
-                reach = reach_of(own, settings.tau * reference[0]);
+                branch.reach = reach_of(branch, settings.bound, settings.tau * reference[0]);
             }
         }
-        store(part.first_map + map, i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), reach);
+        store(part.first_map + map, i, branch);
     }
 }
 
@@ -51,36 +50,20 @@ fn tree_texels(
 ) {
     let i = lengths.coarse_branches + grid_index(workgroup_id, num_workgroups, local_index, 64u);
     if i < lengths.branches {
-        let own = texel_patch(links[i].x);
-        store(map_index.map, i, Vpl(own.position, own.area, own.normal, 0.0, own.flux, 0.0), 0.0);
+        store(map_index.map, i, branch_of(texel_patch(links[i].x)));
     }
+}
+
+/// A patch as a branch without links.
+fn branch_of(own: Patch) -> Branch {
+    return Branch(own.position, own.area, own.normal, 0.0, own.flux, 0u, 0u, 0u, 0.0, 0.0);
 }
 
 /// Stores branch i of a map.
-fn store(map: u32, i: u32, light: Vpl, reach: f32) {
+fn store(map: u32, i: u32, unlinked: Branch) {
     let base = map * lengths.branches;
-    let next = base + links[i].y;
-    let child = base + links[i].z;
-    branches[base - part.first + i] =
-        Branch(light.position, light.area, light.normal, reach, light.flux, next, child, 0u, 0u, 0u);
-}
-
-/// The distance below which the bound of a patch exceeds the threshold.
-fn reach_of(own: Patch, threshold: f32) -> f32 {
-    if threshold <= 0.0 {
-        return ALWAYS;
-    }
-    let flux = weight(own.flux) / 3.0;
-    var reach = 0.0;
-    if settings.bound == 0u {
-        // Φ/(πd²)·(r²/d² + s) = T, a quadratic in 1/d².
-        let s = own.versine;
-        let r2 = own.radius * own.radius;
-        let far = flux / (PI * threshold);
-        reach = sqrt(0.5 * (far * s + sqrt(far * (far * (s * s) + 4.0 * r2))));
-    } else {
-        // Φ/(πd² + A) = T, for the nearest point of the patch.
-        reach = own.radius + sqrt(max((flux / threshold - own.area) / PI, 0.0));
-    }
-    return min(reach, ALWAYS);
+    var branch = unlinked;
+    branch.next = base + links[i].y;
+    branch.child = base + links[i].z;
+    branches[base - part.first + i] = branch;
 }

@@ -1,6 +1,5 @@
 // gather: adds the irradiance that one chunk of VPLs casts on receivers, without visibility; four receivers per thread.
 // Twin: crates/rsm/src/cpu/gather.rs, which holds the equation.
-// Disc form: Wallace, Elmquist & Haines 1989; Nichols, Shopf & Wyman 2009, eq. 1.
 
 const CHUNK: u32 = 1024u;
 
@@ -25,9 +24,6 @@ struct Chunk {
 @group(0) @binding(3) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> normals: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> irradiance: array<vec4<f32>>;
-
-const PI: f32 = 3.14159265358979;
-const LEAST_DENOMINATOR: f32 = 1e-37;
 
 @compute @workgroup_size(64)
 fn gather(
@@ -72,15 +68,6 @@ fn gather(
     if begin + 1u < n { add(i1, e1); }
     if begin + 2u < n { add(i2, e2); }
     if begin + 3u < n { add(i3, e3); }
-}
-
-/// cosθ_i cosθ_j / (π d² + A) for the vector v from receiver to patch.
-fn form_factor_per_area(v: vec3<f32>, n_receiver: vec3<f32>, n_patch: vec3<f32>, area: f32) -> f32 {
-    let d2 = dot(v, v);
-    let ci = dot(n_receiver, v);
-    let cj = -dot(n_patch, v);
-    let denominator = d2 * (PI * d2 + area);
-    return max(ci, 0.0) * max(cj, 0.0) / max(denominator, LEAST_DENOMINATOR);
 }
 
 /// The first chunk starts the sum, the others add to it.

@@ -8,7 +8,6 @@ mod patches;
 mod refine;
 mod sources;
 mod splat;
-mod traverse;
 mod tree;
 mod upsample;
 
@@ -24,10 +23,10 @@ pub use indirect_technique::Frame;
 pub use mips::mips;
 pub use patches::{Patches, patches};
 pub use refine::{Subdivision, refine, stencil};
+pub use rsm::cpu::{ALWAYS, Tile, cut, traverse};
 pub use sources::{reference_irradiance, sources, sources_at};
 pub use splat::{splat, splat_bounded};
-pub use traverse::{Tile, cut, traverse};
-pub use tree::{ALWAYS, tree};
+pub use tree::tree;
 pub use upsample::{pull, push};
 
 use crate::output::{ImageSpaceRadiosity, Output, Setup};

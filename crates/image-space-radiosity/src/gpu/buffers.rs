@@ -5,11 +5,11 @@ use indirect_core::settings::Settings as _;
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, ViewUniform, buffers, uniform_buffer};
 use indirect_technique::gpu::{GpuTechnique, Inputs};
-use rsm::gpu::{CHUNK, Maps, VplList, VplSlots};
-use rsm::{Error, PyramidLayout, Vpl};
+use rsm::gpu::{CHUNK, Maps, Traversal, VplList, VplSlots};
+use rsm::{Branch, Error, PyramidLayout, TILE, Vpl};
 
-use crate::layout::{Block, Branch, Patch};
-use crate::levels::{Links, Pyramids, RECEIVER_CELLS, TILE, level_of_cells, z_order};
+use crate::layout::{Block, Patch};
+use crate::levels::{Links, Pyramids, RECEIVER_CELLS, level_of_cells, z_order};
 use crate::output::{ImageSpaceRadiosity, Setup};
 use crate::settings::{Lights, Method, Options, Params};
 
@@ -349,6 +349,8 @@ buffers! {
         branches: [Branch] = |s| s.branches;
         /// Which.
         part: PartRange;
+        /// How they are walked.
+        traversal: Traversal;
     }
 }
 
@@ -359,6 +361,8 @@ pub struct Part {
     pub maps: Range<usize>,
     /// The buffers.
     pub buffers: PartBuffers,
+    /// Its first branch among all, and the one past its end.
+    branches: Range<u32>,
 }
 
 /// All buffers.
@@ -429,7 +433,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
             let [first, end] = [maps.start, maps.end].map(|map| map as u32 * s.branches() as u32);
             let part = PartRange { first_map: maps.start as u32, maps: maps.len() as u32, first, end };
             write(&buffers.part, 0, bytemuck::bytes_of(&part));
-            Ok(Part { maps, buffers })
+            Ok(Part { maps, buffers, branches: first..end })
         };
         let map_index = |map: usize| {
             let in_part = (map % s.maps_per_part()) as u32;
@@ -497,6 +501,10 @@ impl GpuTechnique for ImageSpaceRadiosity {
             vpls.prepare(queue, params.seed);
         }
         b.list.prepare(queue, b.size[0] * b.size[1], params.form);
+        for part in &b.parts {
+            let traversal = Traversal::new(part.branches.clone(), params.form);
+            queue.write_buffer(&part.buffers.traversal, 0, bytemuck::bytes_of(&traversal));
+        }
         queue.write_buffer(&b.own.settings, 0, bytemuck::bytes_of(&Settings::new(params)));
         let view = ViewUniform::new(inputs.camera, b.size, 0);
         queue.write_buffer(&b.own.camera_view, 0, bytemuck::bytes_of(&view));
@@ -514,7 +522,7 @@ mod tests {
     use crate::layout::state;
     use indirect_gpu::shaders::{
         IMAGE_SPACE_RADIOSITY_COMPACT, IMAGE_SPACE_RADIOSITY_MIPS, IMAGE_SPACE_RADIOSITY_REFINE,
-        IMAGE_SPACE_RADIOSITY_TRAVERSE, IMAGE_SPACE_RADIOSITY_TREE,
+        IMAGE_SPACE_RADIOSITY_TREE,
     };
     use testkit::layout::{check, check_constant};
 
@@ -528,14 +536,13 @@ mod tests {
         check::<Patch>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
         check::<Branch>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
         check::<MapIndex>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
-        check::<PartRange>(&IMAGE_SPACE_RADIOSITY_TRAVERSE).unwrap();
+        check::<PartRange>(&IMAGE_SPACE_RADIOSITY_TREE).unwrap();
     }
 
     #[test]
     fn constants_are_those_of_the_shaders() {
         check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "RUN", RUN as u32).unwrap();
         check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "CHUNK", CHUNK).unwrap();
-        check_constant(&IMAGE_SPACE_RADIOSITY_TRAVERSE, "TILE", TILE as u32).unwrap();
         let states = [
             ("EMPTY", state::EMPTY),
             ("COVERED", state::COVERED),

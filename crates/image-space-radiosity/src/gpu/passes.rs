@@ -1,8 +1,8 @@
 use indirect_gpu::shaders::{
     FILTER_SHADE, IMAGE_SPACE_RADIOSITY_CLUSTERS as CLUSTERS, IMAGE_SPACE_RADIOSITY_COMPACT as COMPACT,
     IMAGE_SPACE_RADIOSITY_MIPS as MIPS, IMAGE_SPACE_RADIOSITY_PATCHES as PATCHES,
-    IMAGE_SPACE_RADIOSITY_REFINE as REFINE, IMAGE_SPACE_RADIOSITY_TRAVERSE as TRAVERSE,
-    IMAGE_SPACE_RADIOSITY_TREE as TREE, IMAGE_SPACE_RADIOSITY_UPSAMPLE as UPSAMPLE,
+    IMAGE_SPACE_RADIOSITY_REFINE as REFINE, IMAGE_SPACE_RADIOSITY_TREE as TREE,
+    IMAGE_SPACE_RADIOSITY_UPSAMPLE as UPSAMPLE, RSM_TRAVERSE as TRAVERSE,
 };
 use indirect_gpu::{GpuError, Named, Pass, named};
 
@@ -112,9 +112,17 @@ pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 }
 
 pub(crate) fn traverse(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
-    let arguments = (&b.buffers.own.totals, TRAVERSE_ARGUMENTS);
+    let own = &b.buffers.own;
+    let fragments = [
+        named("positions", &own.fragment_positions),
+        named("normals", &own.fragment_normals),
+        named("receiver_count", &own.totals),
+        named("irradiance", &own.gathered),
+    ];
+    let arguments = (&own.totals, TRAVERSE_ARGUMENTS);
     b.buffers.parts.iter().try_for_each(|part| {
-        b.compute_indirect(pass, (&TRAVERSE, "traverse"), arguments, &part.buffers.named())
+        let names = [&fragments[..], &part.buffers.named()].concat();
+        b.compute_indirect(pass, (&TRAVERSE, "traverse"), arguments, &names)
     })
 }
 

@@ -4,9 +4,13 @@ mod flux;
 mod gather;
 mod kernel;
 mod pyramid;
+mod reach;
 mod receivers;
 mod simd;
+mod traverse;
+mod tree;
 mod vpls;
+mod walk;
 
 use indirect_accel::{Accel, cast};
 use indirect_core::Scene;
@@ -16,8 +20,12 @@ pub use flux::{MIN_FOOTPRINT_COSINE, flux, texel_solid_angle};
 pub use gather::gather;
 pub use kernel::CHUNK;
 pub use pyramid::pyramid;
+pub use reach::{ALWAYS, reach};
 pub use receivers::Receivers;
+pub use traverse::{cut, traverse, traverse_visible, visit_cut};
+pub use tree::LightTree;
 pub use vpls::{compact, vpls};
+pub use walk::Tile;
 
 use crate::{
     Error,

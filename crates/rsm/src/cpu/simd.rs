@@ -8,7 +8,8 @@
 
 use super::kernel::gather_block;
 use super::receivers::{Block, Lanes};
-use crate::layout::Vpl;
+use super::walk::{Tile, gather_cut};
+use crate::layout::{Branch, Vpl};
 
 /// The gather's kernel for an instruction set that this processor has.
 #[derive(Debug, Clone, Copy)]
@@ -43,6 +44,33 @@ impl Kernel {
             InstructionSet::Avx2 => unsafe { gather_block_avx2(vpls, block, area_scale) },
         }
     }
+
+    /// See [`gather_cut`].
+    pub(super) fn gather_cut(
+        self,
+        tree: &[Branch],
+        tile: (&Tile, &Block),
+        area_scale: f32,
+        lights: &mut Vec<Vpl>,
+    ) -> ([Lanes; 3], u32) {
+        match self.0 {
+            InstructionSet::Baseline => gather_cut(tree, tile, area_scale, lights),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Avx2` is only made by `kernel`, after the processor reported AVX2.
+            InstructionSet::Avx2 => unsafe { gather_cut_avx2(tree, tile, area_scale, lights) },
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn gather_cut_avx2(
+    tree: &[Branch],
+    tile: (&Tile, &Block),
+    area_scale: f32,
+    lights: &mut Vec<Vpl>,
+) -> ([Lanes; 3], u32) {
+    gather_cut(tree, tile, area_scale, lights)
 }
 
 #[cfg(target_arch = "x86_64")]

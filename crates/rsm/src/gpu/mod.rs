@@ -6,7 +6,11 @@
 mod list;
 mod maps;
 mod slots;
+mod traversal;
+mod tree;
 
 pub use list::{CHUNK, VplList};
 pub use maps::{MapBuffers, MapResources, MapSizes, Maps};
 pub use slots::{SlotBuffers, VplSlots};
+pub use traversal::Traversal;
+pub use tree::{LightTree, TreeBuffers, TreeParams, TreeSizes};
