@@ -144,6 +144,9 @@ pub(crate) struct RenderArgs {
     /// The image: OpenEXR, linear, float32 channels R G B.
     #[arg(long, value_name = "FILE.exr", required_unless_present = "list")]
     pub(crate) out: Option<PathBuf>,
+    /// The image for looking: PNG, tone mapped (Reinhard et al. 2002).
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) picture: Option<PathBuf>,
     /// Timings, memory and what was modelled, as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,

@@ -1,7 +1,7 @@
 //! `render`: one image as EXR, and what it took as JSON.
 
 use indirect_core::Image;
-use indirect_scene::exr;
+use indirect_scene::{exr, png};
 use reference_pathtracer::{Bounces, Components, PixelFilter};
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -16,6 +16,8 @@ use crate::{gpu, say, warn};
 
 /// Samples per pixel of the reference where none are asked for.
 const DEFAULT_SPP: u32 = 64;
+/// What the log-average luminance of a picture becomes.
+const MIDDLE_GREY: f32 = 0.18;
 /// Width where no size is asked for.
 const DEFAULT_WIDTH: u32 = 256;
 
@@ -121,6 +123,10 @@ pub(crate) fn run(args: &RenderArgs) -> Outcome {
     }
     rendered.notes.warnings.iter().for_each(warn);
     exr::write_rgb(out, &rendered.image).map_err(|e| Failure::Input(e.to_string()))?;
+    if let Some(path) = &args.picture {
+        let picture = png::reinhard(&rendered.image, MIDDLE_GREY);
+        png::write_srgb(path, &picture, 1.0).map_err(|e| Failure::Input(e.to_string()))?;
+    }
     let Some(path) = &args.stats else { return Ok(()) };
     let mut warnings = source.warnings.clone();
     warnings.extend(rendered.notes.warnings);

@@ -1,6 +1,6 @@
 //! The figures of the README: error against the path tracer, cost, temporal behaviour; on the CPU.
 //!
-//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time]… [FILE.glb]
+//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time|flicker]… [FILE.glb]
 //!
 //! Without a word all of them. Errors are relative RMS errors of the luminance over what the camera sees.
 
@@ -9,10 +9,10 @@
 use std::error::Error;
 use std::time::Instant;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::settings::Settings as _;
-use indirect_core::{GBuffer, Image, Scene, View, math::luminance};
+use indirect_core::{GBuffer, Image, LightKind, Scene, View, math::luminance};
 use indirect_metrics::{Reference, compare};
 use indirect_sampling::sobol;
 use indirect_scene::fixtures;
@@ -330,6 +330,84 @@ fn time(stage: &Stage<'_>) -> Outcome {
     Ok(())
 }
 
+/// A spot light on a circle: how unevenly pixels change, with and without the past, and how far behind the image is.
+fn flicker(stage: &Stage<'_>) -> Outcome {
+    const FRAMES: u32 = 48;
+    println!(
+        "the light moves on a circle of 4 % of the scene in {FRAMES} frames: second difference of a pixel over its mean %, rel_rmse % against"
+    );
+    println!("  4096 lights of the same frame (mean over frames), by settings");
+    let scene = stage.accel.scene();
+    let radius = 0.04 * stage.accel.unit();
+    let at = |frame: u32| -> Scene {
+        let (sin, cos) = (core::f32::consts::TAU * frame as f32 / FRAMES as f32).sin_cos();
+        let mut scene = scene.clone();
+        for light in &mut scene.lights {
+            if let LightKind::Point { position } | LightKind::Spot { position, .. } = &mut light.kind {
+                *position += Vec3::new(cos, 0.0, sin) * radius;
+            }
+        }
+        scene
+    };
+    let stages: Vec<Scene> = (0..FRAMES).map(at).collect();
+    let images = |pairs: &str, anew: bool| -> Outcome<Vec<Image>> {
+        let mut setup = stage.setup(pairs)?;
+        let mut output = Output::default();
+        let mut images = Vec::new();
+        // The first round settles the past.
+        for frame in 0..FRAMES + 16 {
+            let scene = &stages[(frame % FRAMES) as usize];
+            let accel = Accel::build(scene, BuildPreset::Fast);
+            if anew {
+                setup.params.seed = frame;
+            }
+            run::<InstantRadiosity>(&Frame::new(&accel, &stage.view, &stage.camera, &setup), &mut output);
+            if frame >= 16 {
+                images.push(output.image.clone());
+            }
+        }
+        Ok(images)
+    };
+    let truth = images("vpls=4096 history=off shadow-rays=16", false)?;
+    let light = |i: &Image, k: usize| f64::from(luminance(i.pixels[k]));
+    let measure = |images: &[Image]| -> (f64, f64) {
+        let (mut second, mut count) = (0.0, 0.0);
+        let unit: f64 =
+            truth.iter().map(|i| (0..i.pixels.len()).map(|k| light(i, k)).sum::<f64>()).sum::<f64>()
+                / (truth.len() * truth[0].pixels.len()) as f64;
+        for three in images.windows(3) {
+            for k in 0..three[0].pixels.len() {
+                second += (light(&three[0], k) - 2.0 * light(&three[1], k) + light(&three[2], k)).abs();
+                count += 1.0;
+            }
+        }
+        let squares: f64 = images
+            .iter()
+            .zip(&truth)
+            .map(|(i, t)| (0..t.pixels.len()).map(|k| (light(i, k) - light(t, k)).powi(2)).sum::<f64>())
+            .sum();
+        let pixels = (images.len() * truth[0].pixels.len()) as f64;
+        (second / count / unit * 100.0, (squares / pixels).sqrt() / unit * 100.0)
+    };
+    for (pairs, anew) in [
+        ("vpls=256 interleave=4 history=off", true),
+        ("vpls=256 interleave=4 confidence=0.5", false),
+        ("vpls=256 interleave=4 confidence=0.8", false),
+        ("vpls=256 interleave=4", false),
+        ("vpls=256 interleave=4 confidence=0.95", false),
+        ("history=off", true),
+        ("history=off", false),
+        ("", false),
+    ] {
+        let (second, error) = measure(&images(pairs, anew)?);
+        println!(
+            "  {:<40} {second:>6.2} {error:>6.1}",
+            format!("{pairs}{}", if anew { ", other lights each frame" } else { "" })
+        );
+    }
+    Ok(())
+}
+
 fn main() -> Outcome {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let wants = |word: &str| !words.iter().any(|w| !w.contains('.')) || words.iter().any(|w| w == word);
@@ -340,8 +418,14 @@ fn main() -> Outcome {
     };
     let aspect = scene.cameras.first().ok_or("the scene has no camera")?.aspect.unwrap_or(1.0);
     let stage = Stage::new(&scene, [192, (192.0 / aspect).round() as u32]);
-    let parts: [(&str, Part); 5] =
-        [("error", error), ("limit", limit), ("cost", cost), ("bounces", bounces), ("time", time)];
+    let parts: [(&str, Part); 6] = [
+        ("error", error),
+        ("limit", limit),
+        ("cost", cost),
+        ("bounces", bounces),
+        ("time", time),
+        ("flicker", flicker),
+    ];
     for (word, part) in parts {
         if wants(word) {
             part(&stage)?;

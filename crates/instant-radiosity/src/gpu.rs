@@ -190,8 +190,8 @@ impl Buffers {
             path_tests: options.path_tests(),
             paths: params.paths,
             path_bounces: self.setup.path_bounces(),
+            path_parts: options.path_parts(),
             pad0: 0,
-            pad1: 0,
         };
         queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
         if self.setup.map_lights() > 0 {

@@ -47,6 +47,7 @@ fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
         accel: f.accel,
         fitted,
         bounces: f.setup.path_bounces(),
+        parts: options.path_parts(),
         tests: options.path_tests(),
         paths: params.paths,
         seed,

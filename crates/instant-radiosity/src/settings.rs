@@ -44,6 +44,9 @@ indirect_core::choice! {
 /// Virtual lights that a pixel asks at most: software renderers end a shader's loops after 65 535 rounds.
 const MOST_PER_PIXEL: u32 = 16_384;
 
+/// Parts of the lights that the end of a path is lit by at most.
+const PATH_PARTS: u32 = 8;
+
 /// Shadow rays where a path ends, where pixels ask all their lights.
 const PATH_TESTS: u32 = 16;
 
@@ -122,6 +125,15 @@ impl Options {
         self.shadow_maps().validate()
     }
 
+    /// Parts of the lights that the end of a path is lit by: fewer where a part has many lights.
+    #[must_use]
+    pub const fn path_parts(&self) -> u32 {
+        let each = self.per_bounce() / self.parts() * self.bounces;
+        let affordable = if each < MOST_PER_PIXEL / 2 { MOST_PER_PIXEL / 2 / each } else { 1 };
+        let most = if affordable < PATH_PARTS { affordable } else { PATH_PARTS };
+        if most < self.parts() { most } else { self.parts() }
+    }
+
     /// How shadow maps are made.
     #[must_use]
     pub fn shadow_maps(&self) -> imperfect_shadow_maps::Options {
@@ -154,14 +166,11 @@ impl Options {
         if self.visibility == Visibility::Rays { self.shadow_rays } else { 0 }
     }
 
-    /// Shadow tests where a path ends that carries what bounding removes.
+    /// Shadow tests where a path ends that carries what bounding removes, for each of its parts; 0: all.
     #[must_use]
     pub fn path_tests(&self) -> u32 {
-        match (self.visibility, self.shadow_rays) {
-            (Visibility::Rays, 0) => PATH_TESTS,
-            (Visibility::Rays, rays) => rays,
-            (Visibility::Maps | Visibility::Off, _) => 0,
-        }
+        let rays = if self.shadow_rays == 0 { PATH_TESTS } else { self.shadow_rays };
+        if self.visibility == Visibility::Rays { rays.div_ceil(self.path_parts()) } else { 0 }
     }
 
     /// Parts into which virtual lights are shared out among the pixels of a block: interleave².
@@ -195,7 +204,7 @@ indirect_core::settings! {
         pub moved: f32 = 1.0, 0.0..=1e6;
         /// Paths that carry what the bound removes, in units of those that carry all of it when they go on: each then carries its share.
         /// Higher: less noise in corners, more time.
-        pub paths: f32 = 4.0, 1.0..=64.0;
+        pub paths: f32 = 2.0, 1.0..=64.0;
         /// How much a turned normal lowers it: w_normal of equation 3.2.
         pub turned: f32 = 2.0, 0.0..=1e6;
         /// How much changed light lowers it: w_illumination of equation 3.3, with the change relative to the light. 0: not at all, no

@@ -155,6 +155,25 @@ fn a_perturbed_buffer_is_found() {
     }
 }
 
+/// The page's formula: 80 bytes a pixel with a history; lights, maps and the scene beside.
+#[test]
+fn memory_is_what_the_page_says() {
+    let scene = indirect_scene::fixtures::build("cornell_spot").unwrap();
+    let stage = Stage::new(&scene, scene.cameras[0].view([1, 1]), [1, 1]);
+    let bytes = |options: Options, size| {
+        Resources::plan(&stage.setup(options, Params::default()), size, 1).bytes() as f64
+    };
+    let all = bytes(Options::default(), [1920, 1080]);
+    let per_pixel = (all - bytes(Options::default(), [960, 540])) / (1920.0 * 1080.0 * 0.75);
+    println!("{:.1} MB at 1920×1080, {per_pixel} bytes a pixel", all / 1e6);
+    assert!((per_pixel - 80.0).abs() < 0.1, "{per_pixel}");
+    let alone = bytes(still(Options::default()), [1920, 1080]);
+    println!("{:.1} MB without history", alone / 1e6);
+    let maps =
+        bytes(Options { visibility: Visibility::Maps, bounces: 1, ..Options::default() }, [1920, 1080]);
+    println!("{:.1} MB with shadow maps of 1024 lights", maps / 1e6);
+}
+
 /// The test device has WebGPU's default limits: 128 MiB in a storage binding.
 #[test]
 fn default_limits_suffice_for_4k() {

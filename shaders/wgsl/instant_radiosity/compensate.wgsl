@@ -57,11 +57,17 @@ fn residual(i: u32, p: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
     }
     note(hit.triangle);
     let q = origin + direction * hit.t;
-    let punctual = punctual_at(q, normal);
-    let emitted = emitted_at(part_of_pixel(i), q, normal);
-    let light = punctual + emitted
-        + lights_at(part_of_pixel(i), 0u, run_length() * settings.path_bounces, q, normal,
-            settings.path_tests, pixel_number(i, settings.seed, 0x104u));
+    // Few pixels come here: they can afford more than their own part, of which one light may stand for all of many.
+    let parts = settings.interleave * settings.interleave;
+    let end = run_length() * settings.path_bounces;
+    var light = vec3(0.0);
+    for (var k = 0u; k < settings.path_parts; k++) {
+        let part = (part_of_pixel(i) + k * parts / settings.path_parts) % parts;
+        light += emitted_at(part, q, normal, pixel_number(i, settings.seed, 0x204u + k));
+        let u = pixel_number(i, settings.seed, 0x104u + k);
+        light += lights_at(part, 0u, end, q, normal, settings.path_tests, u);
+    }
+    light = light / f32(settings.path_parts) + punctual_at(q, normal);
     return surface.albedo * light * (share / probability);
 }
 
@@ -97,24 +103,30 @@ fn punctual_at(q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
-/// Irradiance of a part of the virtual lights on emissive triangles, W/m².
-fn emitted_at(part: u32, q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+/// Irradiance of a part of the virtual lights on emissive triangles, W/m², one of which is asked: u in [0, 1) draws it in proportion to
+/// what it would give.
+fn emitted_at(part: u32, q: vec3<f32>, normal: vec3<f32>, u: f32) -> vec3<f32> {
     let parts = settings.interleave * settings.interleave;
     let run = settings.from_emitters / parts;
     let first = settings.per_bounce * settings.bounces + part * run;
-    var sum = vec3(0.0);
+    var total = 0.0;
     for (var i = first; i < first + run; i++) {
         let vpl = vpls[i];
-        let factor = unshadowed_factor(vpl, vpl.area, q, normal);
-        if factor > 0.0 {
+        total += luminance(vpl.flux * unshadowed_factor(vpl, vpl.area, q, normal));
+    }
+    var running = 0.0;
+    for (var i = first; i < first + run; i++) {
+        let vpl = vpls[i];
+        let e = vpl.flux * unshadowed_factor(vpl, vpl.area, q, normal);
+        let weight = luminance(e);
+        running += weight;
+        if running > u * total {
             let origin = offset_ray_origin(q, normal, settings.unit);
             let goal = offset_ray_origin(vpl.position, vpl.normal, settings.unit);
             let seen = !accel_any_hit(origin, goal - origin, 1.0);
-            note(u32(seen));
-            if seen {
-                sum += vpl.flux * factor;
-            }
+            note(2u * (i - first) + u32(seen));
+            return select(vec3(0.0), e * (total / weight * f32(parts)), seen);
         }
     }
-    return sum * f32(parts);
+    return vec3(0.0);
 }

@@ -91,8 +91,9 @@ struct FrameSettings {
     paths: f32,
     /// Bounces whose lights the end of a path is lit by.
     path_bounces: u32,
+    /// Parts of the lights that the end of a path is lit by.
+    path_parts: u32,
     pad0: u32,
-    pad1: u32,
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;

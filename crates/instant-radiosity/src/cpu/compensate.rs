@@ -9,9 +9,10 @@ use core::f32::consts::FRAC_1_PI;
 
 use glam::{Vec2, Vec3, Vec4};
 use indirect_accel::Accel;
-use indirect_core::{GBuffer, Ray, form_factor::unbounded_share, math};
+use indirect_core::{GBuffer, Ray, form_factor::unbounded_share, math, math::luminance};
 use indirect_sampling::mapping::hemisphere_cosine;
 use rayon::prelude::*;
+use rsm::Vpl;
 
 use super::gather::{Choices, Lights, pixel_number, unshadowed_factor};
 use super::shadow::{Rays, Shadow};
@@ -30,7 +31,9 @@ pub struct Paths<'a> {
     /// Bounces whose lights the end of a path is lit by: one fewer than pixels are, as the path itself is one; all where the last stands for
     /// those that follow.
     pub bounces: u32,
-    /// Shadow tests where a path ends; 0: all.
+    /// Parts of the lights that the end of a path is lit by, `1..=interleave²`.
+    pub parts: u32,
+    /// Shadow tests where a path ends, for each of these; 0: all.
     pub tests: u32,
     /// How often a path goes on, in units of the share that it carries, `≥ 1`.
     pub paths: f32,
@@ -87,9 +90,15 @@ impl Paths<'_> {
         choices.note(hit.triangle);
         let q = origin + direction * hit.t;
         let range = 0..lights.parts.run() * self.bounces;
-        let light = self.punctual(q, normal, choices)
-            + self.emitted(part, q, normal, lights, choices)
-            + lights.at(part, range, (q, normal), (self.tests, number(0x104)), choices);
+        // Few pixels come here: they can afford more than their own part, of which one light may stand for all of many.
+        let (parts, some) = (lights.parts.interleave * lights.parts.interleave, self.parts);
+        let mut light = Vec3::ZERO;
+        for k in 0..some {
+            let part = (part + k * parts / some) % parts;
+            light += self.emitted(part, (q, normal), lights, number(0x204 + k), choices);
+            light += lights.at(part, range.clone(), (q, normal), (self.tests, number(0x104 + k)), choices);
+        }
+        let light = light / some as f32 + self.punctual(q, normal, choices);
         surface.albedo * light * (share / probability)
     }
 
@@ -111,29 +120,35 @@ impl Paths<'_> {
         sum
     }
 
-    /// Irradiance of a part of the virtual lights on emissive triangles, W/m².
+    /// Irradiance of a part of the virtual lights on emissive triangles, W/m², one of which is asked: `u` in `[0, 1)` draws it in
+    /// proportion to what it would give.
     fn emitted<S: Shadow>(
         &self,
         part: u32,
-        q: Vec3,
-        normal: Vec3,
+        (q, normal): (Vec3, Vec3),
         lights: &Lights<'_, S>,
+        u: f32,
         choices: &mut Choices,
     ) -> Vec3 {
         let parts = lights.parts.interleave * lights.parts.interleave;
         let run = (self.fitted.from_emitters / parts) as usize;
         let first = (lights.parts.per_bounce * lights.parts.bounces) as usize + part as usize * run;
-        let mut sum = Vec3::ZERO;
+        let given = |vpl: &Vpl| vpl.flux * unshadowed_factor(vpl, vpl.area, q, normal);
+        let mut total = 0.0;
         for vpl in &lights.vpls[first..first + run] {
-            let factor = unshadowed_factor(vpl, vpl.area, q, normal);
-            if factor > 0.0 {
+            total += luminance(given(vpl));
+        }
+        let mut running = 0.0;
+        for (k, vpl) in lights.vpls[first..first + run].iter().enumerate() {
+            let e = given(vpl);
+            let weight = luminance(e);
+            running += weight;
+            if running > u * total {
                 let visible = Rays(self.accel).visible(0, vpl, q, normal);
-                choices.note(visible.into());
-                if visible {
-                    sum += vpl.flux * factor;
-                }
+                choices.note(2 * k as u32 + u32::from(visible));
+                return if visible { e * (total / weight * parts as f32) } else { Vec3::ZERO };
             }
         }
-        sum * parts as f32
+        Vec3::ZERO
     }
 }
