@@ -53,7 +53,7 @@ impl Run {
 impl Stage<'_> {
     /// A frame without the maps.
     fn run(&self, options: Options, params: Params) -> Run {
-        let setup = Setup { options, params };
+        let setup = Setup { options, params, ..Setup::default() };
         let frame = Frame::new(self.accel, &self.view, &self.camera, &setup);
         let run = || {
             let mut output = Output { rsm: self.rsm.clone(), ..Output::default() };
