@@ -1,5 +1,6 @@
 use std::sync::Arc;
 
+#[cfg(feature = "cpu")]
 use crate::settings::Options;
 
 /// What a scene has that the technique needs: nothing without shadow maps.

@@ -63,8 +63,8 @@ indirect_core::settings! {
         pub block: u32 = 6, 0..=8;
         /// How light gets to fragments; the splats are the paper's baselines, lights=flat|basic.
         pub method: Method = Method::Gather;
-        /// What stands between lights and fragments. With maps a shadow test is added to every light of every fragment, and the
-        /// maps are drawn in each frame.
+        /// What stands between lights and fragments. With maps every light of every fragment asks one, which takes three to nine
+        /// times as long as without, and the maps are drawn in each frame: so no kind of scene is given them unasked.
         pub visibility: Visibility = Visibility::Off;
         /// Patches that have a shadow map, at most so many along each side of a reflective shadow map, visibility=maps,
         /// lights=hierarchical|basic. Higher: shadows that follow the lights more closely; time and memory grow with the square.

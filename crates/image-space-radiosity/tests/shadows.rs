@@ -116,10 +116,10 @@ fn points_of_shadow_maps_see_in_the_mean_what_their_patches_see() {
         println!("beyond {beyond} shift {shift}: {found:.4?}, seeds within {spread:.4}");
         found
     };
-    // Twelve seeds scatter by 0.01 around +0.001 each, so that four have a standard error of 0.005; blocks and cuts shift the mean
-    // by 0.005 without an occluder.
+    // Four seeds lie within 0.033 of each other (printed), so that their mean has a standard error of 0.008; blocks and cuts shift
+    // it by 0.005 without an occluder. Three and a bit of the one and the other.
     let (rms, bias) = judge(true, 0);
-    assert!(bias.abs() < 0.02 && rms < 0.17, "{rms} {bias}");
+    assert!(bias.abs() < 0.03 && rms < 0.15, "{rms} {bias}");
     // What lies beyond the horizon of a point is dark, or another patch is asked.
     for (rms, bias) in [judge(false, 0), judge(true, 8)] {
         assert!(bias.abs() > 0.04 || rms > 0.25, "{rms} {bias} passed");

@@ -70,12 +70,10 @@ impl Adapter for Radiosity {
     fn notes(profile: &SceneProfile) -> Notes {
         let mut notes = notes::of_lights(profile);
         if profile.punctual_lights() > 0 {
-            notes
-                .skipped
-                .push("visibility of the first bounce: light passes through what stands between, unless visibility=maps".into());
-            notes.warnings.push(
-                "visibility=maps models what stands between by shadow maps of coarse patches; surfaces that move or let light \
-                 through are seen as points".into(),
+            notes.skipped.push(
+                "visibility of the first bounce: light passes through what stands between; with visibility=maps shadow maps of \
+                 coarse patches tell it"
+                    .into(),
             );
             notes.skipped.push("second and later bounces".into());
         }

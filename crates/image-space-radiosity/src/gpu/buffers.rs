@@ -611,6 +611,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Visibility;
     use crate::layout::state;
     use indirect_gpu::shaders::{
         IMAGE_SPACE_RADIOSITY_COMPACT, IMAGE_SPACE_RADIOSITY_MIPS, IMAGE_SPACE_RADIOSITY_REFINE,
@@ -653,10 +654,12 @@ mod tests {
         for (size, resolution, maps) in
             [([3840, 2160], 256, 6), ([1920, 1200], 256, 24), ([1920, 1080], 512, 12)]
         {
-            let options = Options { resolution, ..Options::default() };
-            let setup = Setup { options, ..Setup::default() };
-            let plan = ImageSpaceRadiosity::plan(&ImageSpaceRadiosity::sizes(&setup, size, maps));
-            plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
+            for visibility in [Visibility::Off, Visibility::Maps] {
+                let options = Options { resolution, visibility, ..Options::default() };
+                let setup = Setup { options, ..Setup::default() };
+                let plan = ImageSpaceRadiosity::plan(&ImageSpaceRadiosity::sizes(&setup, size, maps));
+                plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
+            }
         }
     }
 
