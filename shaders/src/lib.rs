@@ -238,14 +238,26 @@ modules! {
     /// One list of lights without discontinuities; twin of `image_space_radiosity::cpu::clusters`.
     IMAGE_SPACE_RADIOSITY_CLUSTERS = [
         "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
-        "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl", "image_space_radiosity/clusters.wgsl",
+        "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl", "image_space_radiosity/flat.wgsl",
+        "image_space_radiosity/clusters.wgsl",
     ] => ["clusters"];
     /// Lights in the order of a traversal; twin of `image_space_radiosity::cpu::tree`.
     IMAGE_SPACE_RADIOSITY_TREE = [
-        "core/grid.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl", "rsm/reach.wgsl",
+        "core/grid.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl", "rsm/reach.wgsl",
         "image_space_radiosity/layout.wgsl", "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl",
-        "image_space_radiosity/tree.wgsl",
-    ] => ["tree", "tree_texels"];
+        "image_space_radiosity/flat.wgsl", "image_space_radiosity/descend.wgsl", "image_space_radiosity/tree.wgsl",
+    ] => ["tree", "tree_texels", "tree_list"];
+    /// Where shadow maps of coarse patches stand; twin of `image_space_radiosity::cpu::shadow_lights`.
+    IMAGE_SPACE_RADIOSITY_SHADOWS = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",
+        "image_space_radiosity/levels.wgsl", "image_space_radiosity/texels.wgsl", "image_space_radiosity/descend.wgsl",
+        "image_space_radiosity/shadows.wgsl",
+    ] => ["shadow_lights"];
+    /// Gathers a cut through the tree with shadow maps; twin of `rsm::cpu::traverse_visible`.
+    IMAGE_SPACE_RADIOSITY_TRAVERSE = [
+        "core/grid.wgsl", "rsm/weight.wgsl", "rsm/layout.wgsl", "rsm/branch.wgsl", "rsm/kernel.wgsl", "ism/layout.wgsl",
+        "ism/query.wgsl", "rsm/traverse.wgsl", "image_space_radiosity/visible.wgsl",
+    ] => ["traverse"];
     /// Adds light after light by blending; twin of `image_space_radiosity::cpu::splat`.
     IMAGE_SPACE_RADIOSITY_SPLAT = [
         "core/grid.wgsl", "core/view.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "image_space_radiosity/layout.wgsl",

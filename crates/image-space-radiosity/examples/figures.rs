@@ -1,21 +1,23 @@
 //! The paper's figures 9, 12 and 13 and table 1 on a fixture, as text: what each threshold costs and what it brings.
 //!
-//!     cargo run --release -p image-space-radiosity --features gpu --example figures -- [FIXTURE] [SIDE]
+//!     cargo run --release -p image-space-radiosity --features gpu --example figures -- [FIXTURE] [SIDE] [visibility]
 //!
 //! Errors are relative root mean squares against the gather of every texel at every pixel, or against the same with one of
-//! the two approximations. Times are those of the CPU, without camera and maps, medians of three.
+//! the two approximations; of visibility, which can be had alone, against the path tracer. Times are those of the CPU, without camera and maps, medians of three.
 
 #![allow(clippy::print_stdout, reason = "an example's output")]
 
 use std::error::Error;
 
 use image_space_radiosity::{
-    Bound, ImageSpaceRadiosity, Lights, Method, Options, Output, Params, Select, Setup, cpu::Frame,
+    Bound, ImageSpaceRadiosity, Lights, Method, Options, Output, Params, Select, Setup, Visibility,
+    cpu::Frame,
 };
 use indirect_accel::{Accel, BuildPreset, cast};
-use indirect_core::{GBuffer, PassTime, View};
+use indirect_core::{GBuffer, Image, PassTime, View};
 use indirect_scene::{LoadOptions, resolve};
-use indirect_technique::cpu::run_without;
+use indirect_technique::cpu::{Fit, run_without};
+use reference_pathtracer::{Bounces, Components, Samples, Settings, render};
 use rsm::{MAP_PASSES, Rsm};
 
 const RESOLUTION: u32 = 256;
@@ -36,7 +38,7 @@ struct Run {
 
 impl Run {
     fn pass(&self, name: &str) -> f64 {
-        self.passes.iter().filter(|p| p.name == name).map(|p| p.ms).sum()
+        self.passes.iter().filter(|p| p.name == name).map(|p| p.ms).sum::<f64>() + 0.0
     }
 
     /// Lights per fragment.
@@ -53,8 +55,11 @@ impl Run {
 impl Stage<'_> {
     /// A frame without the maps.
     fn run(&self, options: Options, params: Params) -> Run {
-        let setup = Setup { options, params };
-        let frame = Frame::new(self.accel, &self.view, &self.camera, &setup);
+        self.run_with(&Setup { options, params, ..Setup::default() })
+    }
+
+    fn run_with(&self, setup: &Setup) -> Run {
+        let frame = Frame::new(self.accel, &self.view, &self.camera, setup);
         let run = || {
             let mut output = Output { rsm: self.rsm.clone(), ..Output::default() };
             let passes =
@@ -69,16 +74,55 @@ impl Stage<'_> {
 
     /// `√mean((x − ref)²)/mean(ref)` over pixels that see a surface, percent.
     fn error(&self, found: &Run, expected: &Run) -> f64 {
+        self.error_of(found, &expected.output.image)
+    }
+
+    fn error_of(&self, found: &Run, expected: &Image) -> f64 {
         let (mut square, mut mean, mut count) = (0.0, 0.0, 0.0_f64);
         for i in (0..self.camera.len()).filter(|&i| self.camera.is_surface(i)) {
-            let image = |run: &Run| run.output.image.pixels[i].as_dvec3();
-            let (x, r) = (image(found), image(expected));
+            let (x, r) = (found.output.image.pixels[i].as_dvec3(), expected.pixels[i].as_dvec3());
             square += (x - r).length_squared() / 3.0;
             mean += r.element_sum() / 3.0;
             count += 1.0;
         }
         100.0 * (square / count).sqrt() / (mean / count)
     }
+}
+
+/// What shadow maps cost and bring, against one bounce with visibility of the path tracer at 1024 samples per pixel.
+fn visibility(stage: &Stage<'_>) -> Result<(), Box<dyn Error>> {
+    let settings = Settings {
+        components: Components::Indirect,
+        bounces: Bounces::Count(1),
+        samples: Samples::count(1024),
+        ..Settings::default()
+    };
+    let truth = render(stage.accel, &stage.view, stage.camera.size, &settings)?;
+    let noise = 100.0 * truth.noise()[1];
+    println!("\nVisibility, against one bounce of the path tracer, whose own noise is {noise:.1} %");
+    let truth = truth.indirect;
+    println!(
+        "{:>13} {:>10} {:>12} {:>5} {:>8} {:>8} {:>8} {:>11} {:>12}",
+        "lights", "visibility", "shadow-cells", "tile", "RMS %", "mean %", "ms", "shadows ms", "traverse ms"
+    );
+    let off = Options::default();
+    let on = Options { visibility: Visibility::Maps, ..off };
+    let small = Options { tile: 32, points_per_map: 2048, ..on };
+    let cells = |shadow_cells| Options { shadow_cells, ..on };
+    let basic = |options| Options { lights: Lights::Basic, ..options };
+    for options in [off, small, cells(4), cells(8), on, cells(32), basic(off), basic(on)] {
+        let setup = ImageSpaceRadiosity::fit(stage.accel, options, Params::default())?;
+        let run = stage.run_with(&setup);
+        let mean = |image: &Image| f64::from(image.mean().element_sum());
+        let off = 100.0 * (mean(&run.output.image) / mean(&truth) - 1.0);
+        let (word, cells, tile) = (options.visibility.word(), options.shadow_cells, options.tile);
+        let (rms, ms, lights) = (stage.error_of(&run, &truth), run.ms, options.lights.word());
+        let [shadows, gather] = ["shadows", "traverse"].map(|pass| run.pass(pass));
+        println!(
+            "{lights:>13} {word:>10} {cells:>12} {tile:>5} {rms:>8.1} {off:>+8.1} {ms:>8.1} {shadows:>11.1} {gather:>12.1}"
+        );
+    }
+    Ok(())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -91,6 +135,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = cast::gbuffer(&accel, &view, [side; 2]);
     let pixels = (0..camera.len()).filter(|i| camera.is_surface(*i)).count();
     let stage = Stage { accel: &accel, rsm: rsm::cpu::generate(&accel, RESOLUTION)?, camera, view };
+    if std::env::args().nth(3).as_deref() == Some("visibility") {
+        return visibility(&stage);
+    }
 
     let blocks = |lights| Options { lights, ..Options::default() };
     let cells = |cells| Options { cells, ..blocks(Lights::Flat) };
@@ -190,6 +237,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{resolution:>10} {tau:>8} {texels:>8} {used:>8.0} {ms:>10.1} {each:>14.2}");
         }
     }
+
+    visibility(&stage)?;
 
     println!("\nTable 1, 256 lights on the CPU: the pass that brings light to fragments");
     let reference = stage.run(every_pixel(cells(16)), params);

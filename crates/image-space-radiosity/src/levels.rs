@@ -18,6 +18,8 @@ pub struct Pyramids {
     pub texels: PyramidLayout,
     /// Levels of the coarsest and of the finest patches.
     pub range: [usize; 2],
+    /// Level of the patches that have shadow maps: not the texels, unless there is no other.
+    pub shadow: usize,
 }
 
 impl Pyramids {
@@ -28,6 +30,7 @@ impl Pyramids {
         Self {
             block: (options.block as usize).min(pixels.levels.len() - 1),
             range: [options.coarsest, options.finest].map(|cells| level_of_cells(&texels, cells)),
+            shadow: level_of_cells(&texels, options.shadow_cells).max(1).min(texels.levels.len() - 1),
             pixels,
             texels,
         }

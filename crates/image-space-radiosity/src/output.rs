@@ -2,6 +2,7 @@ use glam::Vec3;
 use indirect_core::Image;
 use rsm::{Branch, Rsm, Vpl};
 
+use crate::fitted::Fitted;
 use crate::layout::{Block, Patch};
 use crate::settings::{Options, Params};
 
@@ -10,12 +11,14 @@ use crate::settings::{Options, Params};
 pub struct ImageSpaceRadiosity;
 
 /// All settings.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setup {
     /// Fixed.
     pub options: Options,
     /// Per frame.
     pub params: Params,
+    /// What the scene has; made by `Fit::fit`. Without it nothing stands in the way with `visibility=maps` either.
+    pub fitted: Fitted,
 }
 
 /// The valid blocks in Z order.
@@ -78,6 +81,11 @@ pub struct Output {
     pub fragments: Fragments,
     /// Irradiance on each fragment, W/m².
     pub gathered: Vec<Vec3>,
+    /// The virtual point lights from which shadow maps look, one per patch that has a map or per light of a list.
+    pub shadow_lights: Vec<Vpl>,
+    /// Their maps.
+    #[cfg(feature = "cpu")]
+    pub shadows: imperfect_shadow_maps::cpu::Atlas,
     /// Lights in the cut of each tile of fragments.
     pub cuts: Vec<u32>,
     /// Irradiance of pixels and blocks.

@@ -26,6 +26,23 @@ fn pyramids(frame: &cpu::Frame<'_, Setup>) -> Pyramids {
     Pyramids::new(&frame.setup.options, frame.camera.size)
 }
 
+#[cfg(feature = "cpu")]
+fn tiles<'a>(frame: &cpu::Frame<'_, Setup>, pyramids: &'a Pyramids) -> cpu::Tiles<'a> {
+    cpu::Tiles { layout: &pyramids.texels, level: pyramids.shadow, seed: frame.setup.params.seed }
+}
+
+#[cfg(feature = "cpu")]
+fn tree(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<crate::Branch> {
+    let (p, Setup { options, params, .. }) = (pyramids(f), f.setup);
+    let split = match options.lights {
+        Lights::Flat => return cpu::tree_of_list(&o.lights),
+        Lights::Basic => cpu::Split::Flat(params.patches()),
+        Lights::Hierarchical => cpu::Split::Far { bound: params.bound, threshold: params.tau * o.reference },
+    };
+    let tiles = options.has_shadows().then(|| tiles(f, &p));
+    cpu::tree(&maps(o), &Links::new(&p.texels, p.range[1]), p.range, split, tiles.as_ref())
+}
+
 impl Technique for ImageSpaceRadiosity {
     const NAME: &'static str = "image-space-radiosity";
     type Options = Options;
@@ -104,7 +121,7 @@ impl Technique for ImageSpaceRadiosity {
                 },
                 Row {
                     name: "clusters",
-                    times: |s| (s.options.lights == Lights::Basic).into(),
+                    times: |s| s.options.has_clusters().into(),
                     cpu: |f, o, _| {
                         let p = pyramids(f);
                         let thresholds = f.setup.params.patches();
@@ -115,26 +132,50 @@ impl Technique for ImageSpaceRadiosity {
                 },
                 Row {
                     name: "lights",
-                    times: |s| (s.options.lights != Lights::Hierarchical).into(),
+                    times: |s| s.options.has_list().into(),
                     cpu: |_, o, _| o.lights = compact_vpls(&o.light_slots),
                     gpu: |b, pass, _| b.buffers.list.compact(b.pipelines, pass, b.buffers.light_slots()),
                     data: |b, o, x, _| b.list.exchange(&mut o.lights, x),
                 },
                 Row {
                     name: "tree",
-                    times: |s| (s.options.lights == Lights::Hierarchical).into(),
-                    cpu: |f, o, _| {
-                        let (p, params) = (pyramids(f), &f.setup.params);
-                        let links = Links::new(&p.texels, p.range[1]);
-                        let threshold = params.tau * o.reference;
-                        o.tree = cpu::tree(&maps(o), &links, p.range, params.bound, threshold);
-                    },
+                    times: |s| s.options.has_tree().into(),
+                    cpu: |f, o, _| o.tree = tree(f, o),
                     gpu: |b, pass, _| gpu::tree(b, pass),
                     data: |b, o, x, _| {
+                        if b.list_traversal().is_some() {
+                            x.elements("", &b.own.list_branches, 0, &mut o.tree);
+                            return;
+                        }
                         let per_map = o.tree.len() / b.rsm.maps.len().max(1);
                         for part in &b.parts {
                             let tree = &mut o.tree[part.maps.start * per_map..part.maps.end * per_map];
                             x.elements("", &part.buffers.branches, 0, tree);
+                        }
+                    },
+                },
+                Row {
+                    name: "shadows",
+                    times: |s| s.options.has_shadows().into(),
+                    cpu: |f, o, _| {
+                        let (options, points) = (f.setup.options, &f.setup.fitted.points);
+                        o.shadow_lights = if options.lights == Lights::Flat {
+                            o.lights.clone()
+                        } else {
+                            let p = pyramids(f);
+                            cpu::shadow_lights(&maps(o), &tiles(f, &p))
+                        };
+                        o.shadows = imperfect_shadow_maps::cpu::build(
+                            &o.shadow_lights,
+                            points,
+                            &options.shadow_maps(),
+                        );
+                    },
+                    gpu: |b, pass, _| gpu::shadows(b, pass),
+                    data: |b, o, x, _| {
+                        if let Some(atlas) = &b.atlas {
+                            x.elements("lights", b.shadow_lights(), 0, &mut o.shadow_lights);
+                            atlas.exchange_maps(&mut o.shadows, x);
                         }
                     },
                 },
@@ -178,9 +219,7 @@ impl Technique for ImageSpaceRadiosity {
                 },
                 Row {
                     name: "gather",
-                    times: |s| (s.options.method == Method::Gather
-                        && s.options.lights != Lights::Hierarchical)
-                        .into(),
+                    times: |s| (s.options.method == Method::Gather && !s.options.has_tree()).into(),
                     cpu: |f, o, _| {
                         let points =
                             o.fragments.positions.iter().copied().zip(o.fragments.normals.iter().copied());
@@ -192,15 +231,28 @@ impl Technique for ImageSpaceRadiosity {
                 },
                 Row {
                     name: "traverse",
-                    times: |s| (s.options.lights == Lights::Hierarchical).into(),
+                    times: |s| s.options.has_tree().into(),
                     cpu: |f, o, _| {
                         let (positions, normals) = (&o.fragments.positions, &o.fragments.normals);
-                        (o.gathered, o.cuts) =
-                            cpu::traverse(&o.tree, positions, normals, f.setup.params.form);
+                        let form = f.setup.params.form;
+                        (o.gathered, o.cuts) = if f.setup.options.has_shadows() {
+                            let visible = |light: u32, i: usize| {
+                                cpu::light_visible(&o.shadows, light, positions[i], normals[i])
+                            };
+                            cpu::traverse_visible(&o.tree, positions, normals, form, visible)
+                        } else {
+                            cpu::traverse(&o.tree, positions, normals, form)
+                        };
                     },
                     gpu: |b, pass, _| gpu::traverse(b, pass),
                     data: |b, o, x, _| {
+                        if b.atlas.is_some() {
+                            // Fragments that lie at the border of a texel of one of the shadow maps.
+                            let found = x.read(&b.own.gathered, 0, o.gathered.len());
+                            x.same(Some(gpu::same_answers(&o.gathered, &found)));
+                        }
                         x.vectors("irradiance", &b.own.gathered, 0, &mut o.gathered);
+                        x.same(None);
                         x.words("cuts", &b.own.cuts, &mut o.cuts);
                     },
                 },
@@ -278,6 +330,10 @@ impl Technique for ImageSpaceRadiosity {
             + o.image.pixels.len();
         let words =
             o.needs.len() + o.states.len() + o.fragments.nodes.len() + o.fragments.slots.len() + o.cuts.len();
+        #[cfg(feature = "cpu")]
+        let shadows = o.shadows.bytes();
+        #[cfg(not(feature = "cpu"))]
+        let shadows = 0;
         let bytes = o.rsm.bytes()
             + o.patches.iter().map(|p| size_of_val(&p[..])).sum::<usize>()
             + size_of_val(&o.sources[..])
@@ -285,6 +341,8 @@ impl Technique for ImageSpaceRadiosity {
             + size_of_val(&o.tree[..])
             + size_of_val(&o.light_slots[..])
             + size_of_val(&o.lights[..])
+            + size_of_val(&o.shadow_lights[..])
+            + shadows
             + vectors * size_of::<Vec3>()
             + words * size_of::<u32>();
         bytes as u64

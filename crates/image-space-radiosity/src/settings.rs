@@ -30,6 +30,18 @@ indirect_core::choice! {
     }
 }
 
+indirect_core::choice! {
+    /// What stands between lights and fragments.
+    pub enum Visibility {
+        /// Nothing: light passes through everything, as the paper has it. The default.
+        #[default]
+        Off = "off",
+        /// Imperfect shadow maps (Ritschel et al. 2008): depth maps of one coarse level of patches, splatted from points of
+        /// the scene.
+        Maps = "maps",
+    }
+}
+
 indirect_core::settings! {
     /// What is fixed when buffers are made.
     pub struct Options {
@@ -51,6 +63,22 @@ indirect_core::settings! {
         pub block: u32 = 6, 0..=8;
         /// How light gets to fragments; the splats are the paper's baselines, lights=flat|basic.
         pub method: Method = Method::Gather;
+        /// What stands between lights and fragments. With maps every light of every fragment asks one, which takes three to nine
+        /// times as long as without, and the maps are drawn in each frame: so no kind of scene is given them unasked.
+        pub visibility: Visibility = Visibility::Off;
+        /// Patches that have a shadow map, at most so many along each side of a reflective shadow map, visibility=maps,
+        /// lights=hierarchical|basic. Higher: shadows that follow the lights more closely; time and memory grow with the square.
+        pub shadow_cells: u32 = 16, 1..=128;
+        /// Points that stand for the whole scene, visibility=maps. Higher: shadow maps that share fewer of them.
+        pub points: u32 = 65_536, 1..=1 << 24;
+        /// Points that are drawn into each shadow map, likewise. Higher: fewer holes and finer silhouettes; time grows in proportion.
+        pub points_per_map: u32 = 4096, 1..=1 << 20;
+        /// Texels along each side of a shadow map, a power of two, likewise. Higher: finer silhouettes, more holes; memory grows
+        /// with its square.
+        pub tile: u32 = 64, 8..=256;
+        /// Area of what a point draws over that of the surface it stands for, likewise. Higher: fewer holes, and silhouettes that
+        /// are wider and darken.
+        pub overlap: f32 = 1.0, 0.25..=8.0;
         where Options::relations;
     }
 }
@@ -63,7 +91,50 @@ impl Options {
         if self.method != Method::Gather && self.lights == Lights::Hierarchical {
             return Err(BadOption::new("method", self.method.word(), "gather with lights=hierarchical"));
         }
+        if self.visibility == Visibility::Maps {
+            if self.method != Method::Gather {
+                return Err(BadOption::new(
+                    "visibility",
+                    self.visibility.word(),
+                    "off with method=splat|bounded",
+                ));
+            }
+            if !self.tile.is_power_of_two() {
+                return Err(BadOption::new("tile", self.tile, "a power of two"));
+            }
+        }
         Ok(())
+    }
+
+    /// Whether shadow maps are made.
+    #[must_use]
+    pub fn has_shadows(&self) -> bool {
+        self.visibility == Visibility::Maps
+    }
+
+    /// How they are made.
+    #[must_use]
+    pub fn shadow_maps(&self) -> imperfect_shadow_maps::Options {
+        let Self { points, points_per_map, tile, overlap, .. } = *self;
+        imperfect_shadow_maps::Options { points, points_per_map, tile, overlap, ..Default::default() }
+    }
+
+    /// Whether fragments walk a tree, and do not sum a list: each branch says whom to ask for what stands in between.
+    #[must_use]
+    pub fn has_tree(&self) -> bool {
+        self.lights == Lights::Hierarchical || self.has_shadows()
+    }
+
+    /// Whether the clusters of [`Lights::Basic`] are made a list; a walk finds them by itself.
+    #[must_use]
+    pub fn has_clusters(&self) -> bool {
+        self.lights == Lights::Basic && !self.has_shadows()
+    }
+
+    /// Whether lights are a list.
+    #[must_use]
+    pub fn has_list(&self) -> bool {
+        self.lights == Lights::Flat || self.has_clusters()
     }
 
     /// Which texels become lights with [`Lights::Flat`].
@@ -121,7 +192,8 @@ indirect_core::settings! {
         pub cutoff: f32 = 0.01, 1e-9..=1e6;
         /// A light is a small disc (bounded) or a point (bright spots near it).
         pub form: Form = Form::Disc;
-        /// Scrambles the sequence that select=importance draws with. Another seed: other lights of the same expectation.
+        /// Scrambles the sequence that select=importance draws with, and where in their patches shadow maps stand. Another seed: other
+        /// lights and shadows of the same expectation.
         pub seed: u32 = 0, 0..=u32::MAX;
     }
 }

@@ -35,7 +35,7 @@ fn exact() -> Params {
 }
 
 fn image(rsm: &Rsm, camera: &GBuffer, options: &Options, params: &Params) -> Vec<glam::Vec3> {
-    let setup = Setup { options: *options, params: *params };
+    let setup = Setup { options: *options, params: *params, ..Setup::default() };
     from_maps(rsm.clone(), camera, &setup).unwrap().image.pixels
 }
 

@@ -154,7 +154,7 @@ fn lights_on_and_in_surfaces_stay_finite() {
             }
             for setup in setups() {
                 for &form in Form::ALL {
-                    let setup = Setup { params: Params { form, ..setup.params }, ..setup };
+                    let setup = Setup { params: Params { form, ..setup.params }, ..setup.clone() };
                     let found = render(&scene, [33, 21], 1.0, &setup);
                     assert_eq!(found.image.non_finite(), 0);
                     assert!(found.image.pixels.iter().all(|p| p.min_element() >= 0.0));

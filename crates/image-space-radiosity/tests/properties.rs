@@ -197,7 +197,7 @@ proptest! {
         let links = Links::new(&layout, range[1]);
         let bound = if printed { Bound::ContributionAsPrinted } else { Bound::Error };
         let threshold = tau.powi(4);
-        let tree = cpu::tree(&patches, &links, range, bound, threshold);
+        let tree = cpu::tree(&patches, &links, range, cpu::Split::Far { bound, threshold }, None);
         let mut next = random(seed);
         let mut lights = Vec::new();
         for _ in 0..4 {

@@ -6,11 +6,14 @@ mod common;
 use common::{corner, light, lights, view};
 use glam::Vec3;
 use image_space_radiosity::gpu::{Inputs, Resources};
-use image_space_radiosity::{Bound, Lights, Method, Options, Output, Params, Select, Setup, cpu};
+use image_space_radiosity::{
+    Bound, ImageSpaceRadiosity, Lights, Method, Options, Output, Params, Select, Setup, Visibility, cpu,
+};
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::Scene;
 use indirect_gpu::wgpu::CommandEncoderDescriptor;
 use indirect_gpu::{Context, GBufferTarget, PassTimer, Pipelines, SceneBuffers, Vec3Pad};
+use indirect_technique::cpu::Fit;
 use indirect_technique::gpu::{Backend, Twin, run_both};
 use rsm::{Form, MAP_PASSES, views::views};
 use testkit::{judge, perturb};
@@ -32,6 +35,7 @@ fn frame(context: &Context, scene: &Scene, size: [u32; 2], setup: &Setup) -> Fra
     let accel = Accel::build(scene, BuildPreset::Fast);
     let view = view(1.0);
     let camera = cast::gbuffer(&accel, &view, size);
+    let setup = &ImageSpaceRadiosity::fit(&accel, setup.options, setup.params).unwrap();
     let frame = common::frame(&accel, &view, &camera, setup);
 
     let buffers = SceneBuffers::upload(device, scene).unwrap();
@@ -67,6 +71,14 @@ fn default_of(lights: Lights, method: Method) -> Setup {
     Setup { options: options(lights, method), ..Setup::default() }
 }
 
+/// The same with shadow maps.
+fn shadowed(lights: Lights) -> Setup {
+    let options =
+        Options { visibility: Visibility::Maps, shadow_cells: 12, ..options(lights, Method::Gather) };
+    let options = Options { points: 5000, points_per_map: 700, tile: 16, ..options };
+    Setup { options, ..Setup::default() }
+}
+
 fn setups() -> Vec<Setup> {
     let flat = |select| {
         let options = Options { select, ..options(Lights::Flat, Method::Gather) };
@@ -81,6 +93,9 @@ fn setups() -> Vec<Setup> {
         default_of(Lights::Flat, Method::Splat),
         default_of(Lights::Flat, Method::BoundedSplat),
         default_of(Lights::Basic, Method::BoundedSplat),
+        shadowed(Lights::Hierarchical),
+        shadowed(Lights::Basic),
+        shadowed(Lights::Flat),
     ]
 }
 
@@ -122,7 +137,15 @@ fn several_lights_and_other_parameters_agree() {
         (Lights::Basic, Method::Gather),
         (Lights::Flat, Method::BoundedSplat),
     ] {
-        judge(&frame(context, &scene, CAMERA, &Setup { options: options(lights, method), params }).twins);
+        judge(
+            &frame(
+                context,
+                &scene,
+                CAMERA,
+                &Setup { options: options(lights, method), params, ..Setup::default() },
+            )
+            .twins,
+        );
     }
 }
 

@@ -42,7 +42,7 @@ fn cluster(i: u32) -> Vpl {
 }
 
 fn flat(own: Patch) -> bool {
-    return own.relief < settings.patch_depth * own.radius && own.versine < settings.patch_versine;
+    return is_flat(own, settings.patch_depth, settings.patch_versine);
 }
 
 /// The patch of a node.

@@ -78,14 +78,17 @@ struct Settings {
     patch_versine: f32,
     /// Share of the reference irradiance from which on a patch is subdivided.
     tau: f32,
-    /// What is compared with it. 0: the error of a patch; 1: the light that it sends.
+    /// What is compared with it. 0: the error of a patch; 1: the light that it sends. 2: nothing; patches
+    /// without a discontinuity are not subdivided, others are.
     bound: u32,
     /// What a light's area is multiplied by: 1 for the disc form, 0 for the point form.
     area_scale: f32,
     /// Share of the reference irradiance at which a bounded splat ends.
     cutoff: f32,
-    pad0: f32,
-    pad1: f32,
+    /// Draws where shadow maps stand.
+    seed: u32,
+    /// Level of the patches that have one; beyond all levels where none have.
+    shadow_level: u32,
 }
 
 /// Lengths of lists and of the image.

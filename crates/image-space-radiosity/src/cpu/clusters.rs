@@ -6,6 +6,12 @@ use rsm::{PyramidLayout, Vpl};
 use super::patches::Patches;
 use crate::{layout::Patch, levels::place, settings::Thresholds};
 
+/// Whether a patch holds no discontinuity. Not `<=`, so that a threshold of 0 finds one everywhere.
+#[inline]
+pub(super) fn is_flat(p: &Patch, thresholds: Thresholds) -> bool {
+    p.relief < thresholds.depth * p.radius && p.versine < thresholds.versine
+}
+
 /// One slot per node of each map's pyramid: its light where the node is a cluster, else [`Vpl::default`], whose flux is 0.
 ///
 /// A cluster is flat or of the level `finest`, and the node above it is not flat or above the level `coarsest`. So each
@@ -17,7 +23,7 @@ pub fn clusters(
     [coarsest, finest]: [usize; 2],
     thresholds: Thresholds,
 ) -> Vec<Vpl> {
-    let flat = |p: &Patch| p.relief < thresholds.depth * p.radius && p.versine < thresholds.versine;
+    let flat = |p: &Patch| is_flat(p, thresholds);
     let count = layout.len();
     (0..maps.len() * count)
         .into_par_iter()

@@ -51,6 +51,15 @@ impl<'a> Patches<'a> {
         }
     }
 
+    /// Sum of the flux of a node over the channels, W.
+    #[inline]
+    pub(super) fn weight(&self, node: usize) -> f32 {
+        match node.checked_sub(self.texels.len()) {
+            None => weight(self.texels[node].reflected),
+            Some(i) => self.coarse[i].weight(),
+        }
+    }
+
     /// The patch of a node above level 0.
     #[inline]
     pub(super) fn coarse(&self, node: usize) -> &'a Patch {

@@ -1,12 +1,15 @@
 use core::ops::Range;
+use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use imperfect_shadow_maps::Point;
+use imperfect_shadow_maps::gpu::Atlas;
 use indirect_core::settings::Settings as _;
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Named, Plan, Vec3Pad, ViewUniform, buffers, uniform_buffer};
 use indirect_technique::gpu::{GpuTechnique, Inputs};
 use rsm::gpu::{CHUNK, Maps, Traversal, VplList, VplSlots};
-use rsm::{Branch, Error, PyramidLayout, TILE, Vpl};
+use rsm::{Branch, Error, Form, PyramidLayout, TILE, Vpl};
 
 use crate::layout::{Block, Patch};
 use crate::levels::{Links, Pyramids, RECEIVER_CELLS, level_of_cells, z_order};
@@ -125,13 +128,19 @@ indirect_core::wgsl_struct! {
         bound: u32,
         area_scale: f32,
         cutoff: f32,
-        pad0: f32,
-        pad1: f32,
+        seed: u32,
+        shadow_level: u32,
     }
 }
 
+/// A level that no map has, within the table: drivers may read ahead what a branch does not.
+const NO_LEVEL: u32 = 15;
+
+/// The bound that asks for the same cut for all, as `tree.wgsl` declares it.
+const FLAT: u32 = 2;
+
 impl Settings {
-    fn new(params: &Params) -> Self {
+    fn new(options: &Options, params: &Params, shadow: usize) -> Self {
         let (blocks, patches) = (params.blocks(), params.patches());
         Self {
             depth: blocks.depth,
@@ -141,11 +150,11 @@ impl Settings {
             patch_depth: patches.depth,
             patch_versine: patches.versine,
             tau: params.tau,
-            bound: params.bound as u32,
+            bound: if options.lights == Lights::Basic { FLAT } else { params.bound as u32 },
             area_scale: params.form.area_scale(),
             cutoff: params.cutoff,
-            pad0: 0.0,
-            pad1: 0.0,
+            seed: params.seed,
+            shadow_level: if options.has_shadows() { shadow as u32 } else { NO_LEVEL },
         }
     }
 }
@@ -175,6 +184,7 @@ pub struct Sizes {
     pub(super) options: Options,
     pub(super) size: [u32; 2],
     maps: usize,
+    points: u32,
 }
 
 impl Sizes {
@@ -223,7 +233,7 @@ impl Sizes {
 
     /// Branches of each map.
     pub(super) fn branches(&self) -> u64 {
-        if self.options.lights != Lights::Hierarchical {
+        if !self.options.has_tree() || self.options.lights == Lights::Flat {
             return 0;
         }
         self.pyramids.texels.levels[self.pyramids.range[1]..].iter().map(|l| l.len() as u64).sum()
@@ -255,9 +265,31 @@ impl Sizes {
     fn light_slots(&self) -> u64 {
         match self.options.lights {
             Lights::Hierarchical => 0,
+            Lights::Basic if !self.options.has_clusters() => 0,
             Lights::Basic => self.maps as u64 * self.map_nodes(),
             Lights::Flat => self.options.selection().slot_count(self.maps, self.options.resolution) as u64,
         }
+    }
+
+    /// Branches of a list of lights, each of which has a shadow map.
+    pub(super) fn list_branches(&self) -> u64 {
+        if self.options.has_tree() { self.light_slots() } else { 0 }
+    }
+
+    /// Patches of each map that have shadow maps.
+    pub(super) fn shadow_cells(&self) -> u64 {
+        self.pyramids.texels.levels[self.pyramids.shadow].len() as u64
+    }
+
+    /// Those of all maps.
+    fn shadow_lights(&self) -> u64 {
+        let has = self.options.has_shadows() && self.options.lights != Lights::Flat;
+        if has { self.maps as u64 * self.shadow_cells() } else { 0 }
+    }
+
+    /// Shadow maps.
+    fn tiles(&self) -> u32 {
+        u32::try_from(self.shadow_lights() + self.list_branches()).unwrap_or(u32::MAX)
     }
 
     /// Dispatches of the gather.
@@ -288,6 +320,12 @@ buffers! {
         reference: [f32] = |_| 1;
         /// The clusters, one slot per patch of each map.
         cluster_slots: [Vpl] = |s| if s.options.lights == Lights::Basic { s.light_slots() } else { 0 };
+        /// Where the shadow maps of patches stand.
+        shadow_vpls: [Vpl] = Sizes::shadow_lights;
+        /// How many.
+        shadow_count: [u32] = |s| u64::from(s.options.has_shadows());
+        /// Branches of a list of lights.
+        list_branches: [Branch] = Sizes::list_branches;
         /// Node, next branch and first child of each branch of a map.
         links: [[u32; 4]] = Sizes::branches;
         /// Blocks of the camera's pixels, level 1 first.
@@ -378,6 +416,13 @@ pub struct Buffers {
     pub vpls: Option<VplSlots>,
     /// Lights with flux.
     pub list: VplList,
+    /// Points of the scene and shadow maps.
+    pub atlas: Option<Atlas>,
+    /// How the branches of a list of lights are walked, where it has shadow maps.
+    list_traversal: Option<Buffer>,
+    points: Arc<Vec<Point>>,
+    options: Options,
+    shadow: usize,
     /// All else.
     pub own: FrameBuffers,
     /// A uniform for each level of the pyramids over the pixels and over the texels of a map.
@@ -392,11 +437,29 @@ impl Buffers {
     pub fn light_slots(&self) -> &Buffer {
         self.vpls.as_ref().map_or(&self.own.cluster_slots, |vpls| &vpls.buffers.slots)
     }
+
+    /// How the branches of a list of lights are walked, where it has shadow maps.
+    pub(crate) fn list_traversal(&self) -> Option<&Buffer> {
+        self.list_traversal.as_ref()
+    }
+
+    /// The virtual point lights from which shadow maps look, and their number.
+    pub(super) fn shadow_list(&self) -> [&Buffer; 2] {
+        let list = &self.list.buffers;
+        let of_patches = [&self.own.shadow_vpls, &self.own.shadow_count];
+        if self.list_traversal.is_some() { [&list.vpls, &list.count] } else { of_patches }
+    }
+
+    /// The virtual point lights from which shadow maps look.
+    pub(crate) fn shadow_lights(&self) -> &Buffer {
+        self.shadow_list()[0]
+    }
 }
 
 impl GpuTechnique for ImageSpaceRadiosity {
     fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
-        Sizes { pyramids: Pyramids::new(&setup.options, size), options: setup.options, size, maps }
+        let points = setup.fitted.points.len() as u32;
+        Sizes { pyramids: Pyramids::new(&setup.options, size), options: setup.options, size, maps, points }
     }
 
     fn plan(s: &Sizes) -> Plan {
@@ -408,6 +471,12 @@ impl GpuTechnique for ImageSpaceRadiosity {
         (0..s.patch_maps()).for_each(|_| plan.uniform::<MapIndex>("map_index"));
         if lights == Lights::Flat {
             plan = plan.and(VplSlots::plan(s.options.selection(), resolution, s.maps));
+        }
+        if s.options.has_shadows() {
+            plan = plan.and(Atlas::plan(&s.options.shadow_maps(), s.points, s.tiles()));
+            if lights == Lights::Flat {
+                plan.uniform::<Traversal>("traversal");
+            }
         }
         plan = plan.and(VplList::plan(s.light_slots())).and(FrameBuffers::plan(s));
         for _ in s.pyramids.pixels.levels.iter().chain(&s.pyramids.texels.levels) {
@@ -421,7 +490,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
         plan
     }
 
-    fn allocate(device: &Device, queue: &Queue, s: &Sizes, _: &Setup) -> Result<Buffers, GpuError> {
+    fn allocate(device: &Device, queue: &Queue, s: &Sizes, setup: &Setup) -> Result<Buffers, GpuError> {
         let Options { resolution, lights, .. } = s.options;
         let write = |buffer: &Buffer, at: u64, bytes: &[u8]| queue.write_buffer(buffer, at, bytes);
         let levels = |layout: &PyramidLayout| -> Vec<Buffer> {
@@ -447,6 +516,14 @@ impl GpuTechnique for ImageSpaceRadiosity {
                 .then(|| VplSlots::new(device, s.options.selection(), resolution, s.maps))
                 .transpose()?,
             list: VplList::new(device, s.light_slots() as u32)?,
+            atlas: (s.options.has_shadows())
+                .then(|| Atlas::new(device, &s.options.shadow_maps(), s.points, s.tiles()))
+                .transpose()?,
+            list_traversal: (s.options.has_shadows() && lights == Lights::Flat)
+                .then(|| uniform_buffer(device, "traversal", &Traversal::new(0..0, Form::Disc))),
+            points: Arc::clone(&setup.fitted.points),
+            options: s.options,
+            shadow: s.pyramids.shadow,
             own: FrameBuffers::new(device, s)?,
             block_levels: levels(&s.pyramids.pixels),
             patch_levels: levels(&s.pyramids.texels),
@@ -454,7 +531,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
         };
 
         let own = &buffers.own;
-        let Pyramids { pixels, block, texels, range } = &s.pyramids;
+        let Pyramids { pixels, block, texels, range, .. } = &s.pyramids;
         let table = LevelTable::new(pixels, [*block, 0], s.nodes());
         write(&own.block_table, 0, bytemuck::bytes_of(&table));
         let table = LevelTable::new(texels, *range, s.map_nodes());
@@ -475,7 +552,12 @@ impl GpuTechnique for ImageSpaceRadiosity {
         };
         write(&own.lengths, 0, bytemuck::bytes_of(&lengths));
         write(&own.order, 0, bytemuck::cast_slice(&z_order(pixels)));
-        if lights == Lights::Hierarchical {
+        if let Some(atlas) = &buffers.atlas {
+            atlas.prepare(queue, &s.options.shadow_maps());
+            atlas.write(queue, &buffers.points);
+            write(&own.shadow_count, 0, bytemuck::bytes_of(&(s.shadow_lights() as u32)));
+        }
+        if s.branches() > 0 {
             let l = Links::new(texels, range[1]);
             let links = (0..l.order.len()).map(|i| [l.order[i], l.next[i], l.child[i], 0]);
             write(&own.links, 0, bytemuck::cast_slice(&links.collect::<Vec<_>>()));
@@ -490,6 +572,7 @@ impl GpuTechnique for ImageSpaceRadiosity {
     fn named(buffers: &Buffers) -> Vec<Named<'_>> {
         let mut named = buffers.list.buffers.named();
         named.extend(buffers.own.named());
+        named.extend(buffers.atlas.iter().flat_map(|atlas| atlas.buffers.named()));
         named
     }
 
@@ -505,7 +588,16 @@ impl GpuTechnique for ImageSpaceRadiosity {
             let traversal = Traversal::new(part.branches.clone(), params.form);
             queue.write_buffer(&part.buffers.traversal, 0, bytemuck::bytes_of(&traversal));
         }
-        queue.write_buffer(&b.own.settings, 0, bytemuck::bytes_of(&Settings::new(params)));
+        if let Some(uniform) = &b.list_traversal {
+            let traversal = Traversal::new(0..b.list.capacity(), params.form);
+            queue.write_buffer(uniform, 0, bytemuck::bytes_of(&traversal));
+        }
+        if let Some(atlas) = b.atlas.as_ref().filter(|_| !Arc::ptr_eq(&b.points, &setup.fitted.points)) {
+            atlas.write(queue, &setup.fitted.points);
+            b.points = Arc::clone(&setup.fitted.points);
+        }
+        let settings = Settings::new(&b.options, params, b.shadow);
+        queue.write_buffer(&b.own.settings, 0, bytemuck::bytes_of(&settings));
         let view = ViewUniform::new(inputs.camera, b.size, 0);
         queue.write_buffer(&b.own.camera_view, 0, bytemuck::bytes_of(&view));
         Ok(())
@@ -519,15 +611,17 @@ impl GpuTechnique for ImageSpaceRadiosity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Visibility;
     use crate::layout::state;
     use indirect_gpu::shaders::{
         IMAGE_SPACE_RADIOSITY_COMPACT, IMAGE_SPACE_RADIOSITY_MIPS, IMAGE_SPACE_RADIOSITY_REFINE,
-        IMAGE_SPACE_RADIOSITY_TREE,
+        IMAGE_SPACE_RADIOSITY_SHADOWS, IMAGE_SPACE_RADIOSITY_TREE,
     };
     use testkit::layout::{check, check_constant};
 
     #[test]
     fn structs_lie_in_memory_as_in_wgsl() {
+        check::<Settings>(&IMAGE_SPACE_RADIOSITY_SHADOWS).unwrap();
         check::<Block>(&IMAGE_SPACE_RADIOSITY_MIPS).unwrap();
         check::<LevelPair>(&IMAGE_SPACE_RADIOSITY_MIPS).unwrap();
         check::<LevelTable>(&IMAGE_SPACE_RADIOSITY_REFINE).unwrap();
@@ -543,6 +637,7 @@ mod tests {
     fn constants_are_those_of_the_shaders() {
         check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "RUN", RUN as u32).unwrap();
         check_constant(&IMAGE_SPACE_RADIOSITY_COMPACT, "CHUNK", CHUNK).unwrap();
+        check_constant(&IMAGE_SPACE_RADIOSITY_TREE, "FLAT", FLAT).unwrap();
         let states = [
             ("EMPTY", state::EMPTY),
             ("COVERED", state::COVERED),
@@ -559,10 +654,12 @@ mod tests {
         for (size, resolution, maps) in
             [([3840, 2160], 256, 6), ([1920, 1200], 256, 24), ([1920, 1080], 512, 12)]
         {
-            let options = Options { resolution, ..Options::default() };
-            let setup = Setup { options, ..Setup::default() };
-            let plan = ImageSpaceRadiosity::plan(&ImageSpaceRadiosity::sizes(&setup, size, maps));
-            plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
+            for visibility in [Visibility::Off, Visibility::Maps] {
+                let options = Options { resolution, visibility, ..Options::default() };
+                let setup = Setup { options, ..Setup::default() };
+                let plan = ImageSpaceRadiosity::plan(&ImageSpaceRadiosity::sizes(&setup, size, maps));
+                plan.check(&indirect_gpu::wgpu::Limits::default()).unwrap();
+            }
         }
     }
 

@@ -15,8 +15,11 @@ mod splat;
 pub use buffers::{Buffers, FrameBuffers, Part, PartBuffers, PartSizes, Sizes};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
+#[cfg(feature = "cpu")]
+pub(crate) use passes::same_answers;
 pub(crate) use passes::{
-    clusters, compact, gather, mips, patches, pull, push, refine, shade, sources, traverse, tree, vpls,
+    clusters, compact, gather, mips, patches, pull, push, refine, shade, shadows, sources, traverse, tree,
+    vpls,
 };
 pub(crate) use splat::splat;
 

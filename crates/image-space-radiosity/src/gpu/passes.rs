@@ -1,7 +1,12 @@
+#[cfg(feature = "cpu")]
+use glam::Vec3;
+#[cfg(feature = "cpu")]
+use indirect_gpu::Vec3Pad;
 use indirect_gpu::shaders::{
     FILTER_SHADE, IMAGE_SPACE_RADIOSITY_CLUSTERS as CLUSTERS, IMAGE_SPACE_RADIOSITY_COMPACT as COMPACT,
     IMAGE_SPACE_RADIOSITY_MIPS as MIPS, IMAGE_SPACE_RADIOSITY_PATCHES as PATCHES,
-    IMAGE_SPACE_RADIOSITY_REFINE as REFINE, IMAGE_SPACE_RADIOSITY_TREE as TREE,
+    IMAGE_SPACE_RADIOSITY_REFINE as REFINE, IMAGE_SPACE_RADIOSITY_SHADOWS as SHADOWS,
+    IMAGE_SPACE_RADIOSITY_TRAVERSE as TRAVERSE_MAPS, IMAGE_SPACE_RADIOSITY_TREE as TREE,
     IMAGE_SPACE_RADIOSITY_UPSAMPLE as UPSAMPLE, RSM_TRAVERSE as TRAVERSE,
 };
 use indirect_gpu::{GpuError, Named, Pass, named};
@@ -73,6 +78,10 @@ pub(crate) fn clusters(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 }
 
 pub(crate) fn tree(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    if b.buffers.list_traversal().is_some() {
+        let own = [named("branches", &b.buffers.own.list_branches)];
+        return b.compute(pass, (&TREE, "tree_list"), b.sizes.list_branches(), &own);
+    }
     let (branches, coarse) = (b.sizes.branches(), b.sizes.coarse_branches());
     for part in &b.buffers.parts {
         let mut own = part.buffers.named();
@@ -80,9 +89,27 @@ pub(crate) fn tree(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
         b.compute(pass, (&TREE, "tree"), part.maps.len() as u64 * coarse, &own)?;
     }
     if branches > coarse {
-        maps(b).try_for_each(|own| b.compute(pass, (&TREE, "tree_texels"), branches - coarse, &own))?;
+        maps(b).try_for_each(|mut own| {
+            own.push(named("table", &b.buffers.own.patch_table));
+            b.compute(pass, (&TREE, "tree_texels"), branches - coarse, &own)
+        })?;
     }
     Ok(())
+}
+
+pub(crate) fn shadows(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let Some(atlas) = &b.buffers.atlas else { return Ok(()) };
+    if b.buffers.list_traversal().is_none() {
+        maps(b).try_for_each(|mut own| {
+            own.push(named("table", &b.buffers.own.patch_table));
+            b.compute(pass, (&SHADOWS, "shadow_lights"), b.sizes.shadow_cells(), &own)
+        })?;
+    }
+    let [vpls, count] = b.buffers.shadow_list();
+    let list = [named("vpls", vpls), named("count", count)];
+    atlas.splat(b.pipelines, pass, &list)?;
+    atlas.pull(b.pipelines, pass, &list)?;
+    atlas.push(b.pipelines, pass, &list)
 }
 
 pub(crate) fn refine(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
@@ -120,10 +147,25 @@ pub(crate) fn traverse(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
         named("irradiance", &own.gathered),
     ];
     let arguments = (&own.totals, TRAVERSE_ARGUMENTS);
-    b.buffers.parts.iter().try_for_each(|part| {
-        let names = [&fragments[..], &part.buffers.named()].concat();
-        b.compute_indirect(pass, (&TRAVERSE, "traverse"), arguments, &names)
-    })
+    let module = if b.buffers.atlas.is_some() { &TRAVERSE_MAPS } else { &TRAVERSE };
+    let walk = |pass: &mut Pass, tree: &[Named<'_>]| {
+        let shadows = [named("shadow_vpls", b.buffers.shadow_lights())];
+        let names = [&fragments[..], &shadows, tree].concat();
+        b.compute_indirect(pass, (module, "traverse"), arguments, &names)
+    };
+    if let Some(traversal) = b.buffers.list_traversal() {
+        return walk(pass, &[named("branches", &own.list_branches), named("traversal", traversal)]);
+    }
+    b.buffers.parts.iter().try_for_each(|part| walk(pass, &part.buffers.named()))
+}
+
+/// Whether fragments have the same light but for rounding: where they do not, another texel of a shadow map was asked.
+#[cfg(feature = "cpu")]
+pub(crate) fn same_answers(cpu: &[Vec3], gpu: &[Vec3Pad]) -> Vec<bool> {
+    /// Beyond this share two values are not the same one rounded twice.
+    const SAME: f32 = 1e-4;
+    let same = |(a, b): (&Vec3, &Vec3Pad)| (*a - b.vec3()).abs().max_element() <= SAME * a.max_element();
+    cpu.iter().zip(gpu).map(same).collect()
 }
 
 pub(crate) fn pull(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
