@@ -288,8 +288,10 @@ fn many(stage: &Stage<'_>) -> Outcome {
     );
     let truth = stage.truth(Bounces::Infinite, 512)?;
     let extra = std::env::var("MANY").unwrap_or_default();
-    for gather in ["interleaved", "cuts"] {
-        for vpls in [1024, 4096, 16_384, 65_536] {
+    for gather in ["cuts", "interleaved"] {
+        for vpls in std::env::var("VPLS").map_or(vec![1024, 4096, 16_384, 65_536], |v| {
+            v.split(",").map(|v| v.parse().unwrap()).collect::<Vec<u32>>()
+        }) {
             let pairs = format!("vpls={vpls} bounces=3 history=off gather={gather} {extra}");
             let setup = stage.setup(&pairs)?;
             let frame = Frame::new(&stage.accel, &stage.view, &stage.camera, &setup);
@@ -377,8 +379,14 @@ fn main() -> Outcome {
     };
     let aspect = scene.cameras.first().ok_or("the scene has no camera")?.aspect.unwrap_or(1.0);
     let stage = Stage::new(&scene, [192, (192.0 / aspect).round() as u32]);
-    let parts: [(&str, Part); 6] =
-        [("error", error), ("limit", limit), ("cost", cost), ("bounces", bounces), ("time", time), ("many", many)];
+    let parts: [(&str, Part); 6] = [
+        ("error", error),
+        ("limit", limit),
+        ("cost", cost),
+        ("bounces", bounces),
+        ("time", time),
+        ("many", many),
+    ];
     for (word, part) in parts {
         if wants(word) {
             part(&stage)?;

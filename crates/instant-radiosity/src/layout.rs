@@ -140,8 +140,8 @@ indirect_core::wgsl_struct! {
         pub(crate) path_tests: u32,
         pub(crate) paths: f32,
         pub(crate) path_bounces: u32,
-        pub(crate) pad0: u32,
-        pub(crate) pad1: u32,
+        pub(crate) inner: u32,
+        pub(crate) branches: u32,
     }
 }
 

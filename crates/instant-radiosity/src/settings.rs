@@ -130,11 +130,14 @@ impl Switch {
 impl Options {
     fn relations(&self) -> Result<(), BadOption> {
         let each = self.per_bounce() / self.parts() * self.bounces;
-        if each > MOST_PER_PIXEL {
+        // Paths ask a part of them even where pixels gather cuts.
+        if each > MOST_PER_PIXEL && (!self.has_cuts() || self.compensate.is_on()) {
             let needed = "at most 16384 · interleave² / bounces: a pixel asks its part of them one by one";
             return Err(BadOption::new("vpls", self.vpls, needed));
         }
-        if self.has_cuts() && u64::from(self.per_bounce()) * u64::from(self.bounces) > TreeLayout::MAX_LIGHTS.into() {
+        if self.has_cuts()
+            && u64::from(self.per_bounce()) * u64::from(self.bounces) > TreeLayout::MAX_LIGHTS.into()
+        {
             return Err(BadOption::new("vpls", self.vpls, "at most 2²⁰ / bounces with gather=cuts"));
         }
         self.shadow_maps().validate()
@@ -215,7 +218,7 @@ indirect_core::settings! {
         pub bound: f32 = 1.0, 0.0..=1e6;
         /// Error of a branch of a cut at which it is split, as a share of the mean irradiance, gather=cuts. Higher: shorter cuts, coarser
         /// light; 0: every light, up to 8192 of them.
-        pub tau: f32 = 0.003, 0.0..=1e3;
+        pub tau: f32 = 0.01, 0.0..=1e3;
         /// Share of the past where nothing changed: c_Base of equation 3.4. Higher: smoother, slower to follow.
         pub confidence: f32 = 0.9, 0.0..=0.999;
         /// How much a pixel's way lowers the confidence: w_pos of equation 3.1, with the way in image widths and depth relative to itself.

@@ -91,8 +91,9 @@ struct FrameSettings {
     paths: f32,
     /// Bounces whose lights the end of a path is lit by.
     path_bounces: u32,
-    pad0: u32,
-    pad1: u32,
+    /// Branches of the tree over all lights that have children, and all; 0 where pixels gather no cuts.
+    inner: u32,
+    branches: u32,
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;

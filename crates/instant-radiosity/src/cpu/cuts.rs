@@ -7,7 +7,7 @@
 //!
 //! Where paths carry what the bound removes, `A` is that of all lights ([`Summary::area`](crate::layout::Summary)); else a branch's own, the
 //! sum of those beneath. Shadow tests go to branches in proportion to what they would give, and within a branch to one of its lights in
-//! proportion to its flux, drawn anew for each pixel: right in the mean, and the pixels of a block do not share an error (Yuksel 2019,
+//! proportion to its flux, drawn anew for each pixel: right in the mean, and the pixels of a block do not share an error (after Yuksel 2019,
 //! "Stochastic Lightcuts").
 
 use glam::{Vec3, Vec4};
@@ -27,6 +27,10 @@ pub const TILE_SIZE: [u32; 2] = [4, 2];
 /// Branches of the tree that a tile visits before it takes the rest of them as they come: software renderers end a shader's loops after
 /// 65 535 rounds, and a walk that is cut short would lose light.
 pub const MOST_VISITED: u32 = 16_384;
+
+/// Levels that a draw descends before it takes the representative of what it has reached: where the tree no longer fits a cache, each
+/// level costs as much as a shadow ray, and sixteen choices are enough to tell neighbours apart.
+const DESCENT: u32 = 4;
 
 /// Distinguishes the numbers that draw lights beneath branches.
 const DRAWS: u32 = 0x201;
@@ -198,10 +202,14 @@ impl Cut {
     }
 }
 
-/// One of the lights beneath a branch, in proportion to its flux. The `inner` first branches have children.
+/// One of the lights beneath a branch, in proportion to its flux: of all in the mean over trees and keys, of up to [`DESCENT`] levels over
+/// keys alone. The `inner` first branches have children.
 #[inline]
 fn draw(branches: &[Branch], inner: u32, mut i: u32, key: u32) -> u32 {
-    while i < inner {
+    for _ in 0..DESCENT {
+        if i >= inner {
+            break;
+        }
         let own = &branches[i as usize];
         let first = &branches[own.child as usize];
         let mut chosen = own.child;
@@ -224,7 +232,7 @@ mod tests {
 
     #[test]
     fn lights_are_drawn_in_proportion_to_their_flux() {
-        for count in [1_u32, 2, 3, 7, 12] {
+        for count in [1_u32, 2, 3, 7, 12, 16] {
             let vpls: Vec<Vpl> = (0..count)
                 .map(|i| Vpl::new(Vec3::X * i as f32, Vec3::Y, Vec3::splat((i * i % 5) as f32), 0.01))
                 .collect();
