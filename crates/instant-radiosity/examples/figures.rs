@@ -287,12 +287,9 @@ fn many(stage: &Stage<'_>) -> Outcome {
         "many lights, 3 bounces, one frame: lights of a bounce, gather: rel_rmse % / bias %, ms of a frame; of making lights, tree, gather, paths"
     );
     let truth = stage.truth(Bounces::Infinite, 512)?;
-    let extra = std::env::var("MANY").unwrap_or_default();
-    for gather in ["cuts", "interleaved"] {
-        for vpls in std::env::var("VPLS").map_or(vec![1024, 4096, 16_384, 65_536], |v| {
-            v.split(",").map(|v| v.parse().unwrap()).collect::<Vec<u32>>()
-        }) {
-            let pairs = format!("vpls={vpls} bounces=3 history=off gather={gather} {extra}");
+    for gather in ["interleaved", "cuts"] {
+        for vpls in [1024, 4096, 16_384, 65_536] {
+            let pairs = format!("vpls={vpls} bounces=3 history=off gather={gather}");
             let setup = stage.setup(&pairs)?;
             let frame = Frame::new(&stage.accel, &stage.view, &stage.camera, &setup);
             let mut runs: Vec<_> = (0..3)

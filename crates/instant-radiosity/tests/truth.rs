@@ -118,7 +118,7 @@ fn drawn_tests_of_coarse_cuts_are_right_in_the_mean() {
     let sum = |e: &[Vec4]| e.iter().map(|e| f64::from(luminance(e.truncate()))).sum::<f64>();
     let exact = sum(&gather(&lights, &stage.camera, 0, 0)) / sum(&gather(&open, &stage.camera, 0, 0));
     let mut cut = LightTree::new(&vpls, 0);
-    let threshold = 0.03 * cut.reference_irradiance(&stage.camera.position, &stage.camera.normal);
+    let threshold = 0.003 * cut.reference_irradiance(&stage.camera.position, &stage.camera.normal);
     cut.solve_reach(Bound::Error, threshold);
     let sent = sum(&gather_cuts(&open, &cut, &stage.camera, 0, 0));
     let arrives = |tests: u32| {
@@ -156,16 +156,17 @@ fn cuts_are_close_to_the_whole_and_tau_says_how_close() {
     let square = |e: Vec4| f64::from(luminance(e.truncate())).powi(2);
     let all: f64 = whole.iter().map(|e| square(*e)).sum();
     let mut before = 0.0;
-    for (tau, most) in [(0.001, 0.002), (0.01, 0.01), (0.1, 0.05), (10.0, f64::MAX)] {
+    for (tau, most) in [(0.001, 0.005), (0.01, 0.03), (0.1, 0.1), (10.0, f64::MAX)] {
         let cuts = run(Gather::Cuts, tau);
         let error = (cuts.iter().zip(&whole).map(|(a, b)| square(*a - *b)).sum::<f64>() / all).sqrt();
         println!("tau {tau}: {error:.5}");
-        // Each branch errs by less than τ of the mean, of either sign: together by about τ.
+        // Each branch errs by less than τ of the mean, of either sign. Some branches of a short cut, and some tens of a long one, differ in
+        // sign at random: together √ of their number times a part of τ.
         assert!(error > before && error < most, "{tau}: {error}");
         before = error;
     }
     // A fault: a cut that is far too short.
-    assert!(before > 0.05, "{before} passed");
+    assert!(before > 0.1, "{before} passed");
 }
 
 #[test]

@@ -180,15 +180,17 @@ fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };
     let mut scene = lamp(1.0);
     scene.lights.push(common::light(lights()[0]));
-    let setup = setup(&scene, Options { bounces: 2, ..options() }, Params::default());
-    let mut frame = frame(context, &scene, &setup);
-    judge(&frame.twins);
-    for i in 0..frame.twins.len() {
-        let good = frame.twins[i].gpu.clone();
-        perturb(&mut frame.twins[i]);
-        let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| judge(&frame.twins)));
-        assert!(found.is_err(), "{} {}", frame.twins[i].pass, frame.twins[i].buffer);
-        frame.twins[i].gpu = good;
+    for options in [options(), cuts(options())] {
+        let setup = setup(&scene, Options { bounces: 2, ..options }, Params::default());
+        let mut frame = frame(context, &scene, &setup);
+        judge(&frame.twins);
+        for i in 0..frame.twins.len() {
+            let good = frame.twins[i].gpu.clone();
+            perturb(&mut frame.twins[i]);
+            let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| judge(&frame.twins)));
+            assert!(found.is_err(), "{} {}", frame.twins[i].pass, frame.twins[i].buffer);
+            frame.twins[i].gpu = good;
+        }
     }
 }
 

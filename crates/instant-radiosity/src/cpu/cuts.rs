@@ -227,8 +227,32 @@ fn draw(branches: &[Branch], inner: u32, mut i: u32, key: u32) -> u32 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "gpu")]
+    #[test]
+    fn constants_and_structs_are_those_of_the_shaders() {
+        use crate::layout::FrameSettings;
+        use indirect_gpu::shaders::{
+            INSTANT_RADIOSITY_CUTS, INSTANT_RADIOSITY_CUTS_MAPS, INSTANT_RADIOSITY_CUTS_OPEN,
+            INSTANT_RADIOSITY_TAILED,
+        };
+        use testkit::layout::{check, check_constant};
+        for module in [&INSTANT_RADIOSITY_CUTS, &INSTANT_RADIOSITY_CUTS_MAPS, &INSTANT_RADIOSITY_CUTS_OPEN] {
+            check_constant(module, "TILE_WIDTH", TILE_SIZE[0]).unwrap();
+            check_constant(module, "TILE_HEIGHT", TILE_SIZE[1]).unwrap();
+            check_constant(module, "MOST_VISITED", MOST_VISITED).unwrap();
+            check_constant(module, "DESCENT", DESCENT).unwrap();
+            check_constant(module, "DRAWS", DRAWS).unwrap();
+            check::<Branch>(module).unwrap();
+            check::<Vpl>(module).unwrap();
+            check::<Summary>(module).unwrap();
+            check::<FrameSettings>(module).unwrap();
+        }
+        check::<FrameSettings>(&INSTANT_RADIOSITY_TAILED).unwrap();
+    }
 
     #[test]
     fn lights_are_drawn_in_proportion_to_their_flux() {
