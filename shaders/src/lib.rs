@@ -178,6 +178,30 @@ modules! {
         "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl", "instant_radiosity/lights.wgsl",
         "instant_radiosity/gather.wgsl",
     ] => ["gather"];
+    /// The virtual lights of all bounces as receivers see them; twin of `instant_radiosity::cpu::tailed`.
+    INSTANT_RADIOSITY_TAILED = [
+        "core/grid.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/tailed.wgsl",
+    ] => ["tailed_lights"];
+    /// Irradiance of a tile's cut through the tree over all virtual lights, with rays; twin of `instant_radiosity::cpu::gather_cuts`.
+    INSTANT_RADIOSITY_CUTS = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
+        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/shadow_rays.wgsl", "instant_radiosity/lights.wgsl", "instant_radiosity/gather_rays.wgsl",
+        "instant_radiosity/cuts.wgsl",
+    ] => ["gather_cuts"];
+    /// The same without visibility.
+    INSTANT_RADIOSITY_CUTS_OPEN = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
+        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_open.wgsl", "instant_radiosity/lights.wgsl",
+        "instant_radiosity/cuts.wgsl",
+    ] => ["gather_cuts"];
+    /// The same with imperfect shadow maps.
+    INSTANT_RADIOSITY_CUTS_MAPS = [
+        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
+        "ism/layout.wgsl", "ism/query.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl",
+        "instant_radiosity/lights.wgsl", "instant_radiosity/cuts.wgsl",
+    ] => ["gather_cuts"];
     /// What bounding virtual lights removes; twin of `instant_radiosity::cpu::compensate`.
     INSTANT_RADIOSITY_COMPENSATE = [
         "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",

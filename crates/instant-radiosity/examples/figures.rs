@@ -1,6 +1,6 @@
 //! The figures of the README: error against the path tracer, cost, temporal behaviour; on the CPU.
 //!
-//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time|flicker]… [FILE.glb]
+//!     cargo run --release -p instant-radiosity --example figures -- [error|limit|cost|bounces|time|flicker|many]… [FILE.glb]
 //!
 //! Without a word all of them. Errors are relative RMS errors of the luminance over what the camera sees.
 
@@ -281,6 +281,42 @@ fn bounces(stage: &Stage<'_>) -> Outcome {
     Ok(())
 }
 
+/// Many lights: interleaved against cuts, one frame without history.
+fn many(stage: &Stage<'_>) -> Outcome {
+    println!(
+        "many lights, 3 bounces, one frame: lights of a bounce, gather: rel_rmse % / bias %, ms of a frame; of making lights, tree, gather, paths"
+    );
+    let truth = stage.truth(Bounces::Infinite, 512)?;
+    for gather in ["interleaved", "cuts"] {
+        for vpls in [1024, 4096, 16_384, 65_536] {
+            let pairs = format!("vpls={vpls} bounces=3 history=off gather={gather}");
+            let setup = stage.setup(&pairs)?;
+            let frame = Frame::new(&stage.accel, &stage.view, &stage.camera, &setup);
+            let mut runs: Vec<_> = (0..3)
+                .map(|_| {
+                    let (mut output, start) = (Output::default(), Instant::now());
+                    let passes = run::<InstantRadiosity>(&frame, &mut output);
+                    (start.elapsed().as_secs_f64() * 1e3, passes, output)
+                })
+                .collect();
+            runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (ms, passes, output) = runs.swap_remove(1);
+            let [rms, bias, _] = stage.judge(&output.image, &truth)?;
+            let of = |names: &[&str]| -> f64 {
+                passes.iter().filter(|p| names.contains(&p.name)).map(|p| p.ms).sum()
+            };
+            println!(
+                "  {vpls:>6} {gather:<12} {rms:>5.1} {bias:>+5.1}   {ms:>7.1}   {:>6.1} {:>6.1} {:>6.1} {:>6.1}",
+                of(&["vpls", "emit", "bounce", "summary"]),
+                of(&["tree"]),
+                of(&["gather"]),
+                of(&["compensate"])
+            );
+        }
+    }
+    Ok(())
+}
+
 /// Behaviour over time: what history gains, and how it follows.
 fn time(stage: &Stage<'_>) -> Outcome {
     println!(
@@ -418,13 +454,14 @@ fn main() -> Outcome {
     };
     let aspect = scene.cameras.first().ok_or("the scene has no camera")?.aspect.unwrap_or(1.0);
     let stage = Stage::new(&scene, [192, (192.0 / aspect).round() as u32]);
-    let parts: [(&str, Part); 6] = [
+    let parts: [(&str, Part); 7] = [
         ("error", error),
         ("limit", limit),
         ("cost", cost),
         ("bounces", bounces),
         ("time", time),
         ("flicker", flicker),
+        ("many", many),
     ];
     for (word, part) in parts {
         if wants(word) {

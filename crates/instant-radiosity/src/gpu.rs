@@ -6,23 +6,25 @@
 use glam::{Vec2, Vec4};
 use imperfect_shadow_maps::gpu::Atlas;
 use indirect_accel::gpu::{AccelBuffers, TreeSizes};
-use indirect_core::settings::Settings;
+use indirect_core::settings::{BadOption, Settings};
 use indirect_core::{Light, LightKind};
 use indirect_gpu::shaders::{
     INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_MAPS,
-    INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_EMIT, INSTANT_RADIOSITY_GATHER,
+    INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_CUTS, INSTANT_RADIOSITY_CUTS_MAPS,
+    INSTANT_RADIOSITY_CUTS_OPEN, INSTANT_RADIOSITY_EMIT, INSTANT_RADIOSITY_GATHER,
     INSTANT_RADIOSITY_GATHER_MAPS, INSTANT_RADIOSITY_GATHER_OPEN, INSTANT_RADIOSITY_MERGE,
     INSTANT_RADIOSITY_MOVEMENT, INSTANT_RADIOSITY_POINTS, INSTANT_RADIOSITY_SUMMARY,
+    INSTANT_RADIOSITY_TAILED,
 };
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
-use rsm::gpu::{Maps, VplSlots};
-use rsm::{Error, Selection, Vpl};
+use rsm::gpu::{LightTree, Maps, TreeParams, VplSlots};
+use rsm::{Error, Selection, TILE, Vpl};
 
 use indirect_technique::gpu::{Data, Exchange};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
-use crate::cpu::Parts;
+use crate::cpu::{Parts, TILE_SIZE};
 use crate::layout::{
     BounceRange, Emitter, FrameSettings, LightRange, PointChoice, PunctualLight, Summary, TriangleSurface,
 };
@@ -39,6 +41,9 @@ type Build<'a> = indirect_technique::gpu::Build<'a, InstantRadiosity>;
 /// Punctual lights that light the ends of paths, as `compensate.wgsl` declares them: what a uniform buffer of any device holds. More
 /// are left out there.
 const LIGHTS: usize = 1024;
+
+/// Shadow rays of a pixel that gathers a cut: software renderers end a shader's loops after 65 535 rounds, those within rays included.
+const MOST_RAYS: u32 = 256;
 
 /// What the lengths of buffers follow from.
 #[derive(Debug, Clone)]
@@ -64,6 +69,15 @@ impl Sizes {
         let options = &self.setup.options;
         let tiles = if options.visibility == Visibility::Maps { options.slots() } else { 1 };
         options.has_points().then(|| [self.setup.fitted.points.len() as u32, tiles])
+    }
+
+    fn cuts(&self, device: &Device) -> Result<Option<Cuts>, GpuError> {
+        let options = &self.setup.options;
+        if !options.has_cuts() {
+            return Ok(None);
+        }
+        let tree = LightTree::new(device, options.slots().into(), self.pixels)?;
+        Ok(Some(Cuts { lights: CutBuffers::new(device, self)?, tree }))
     }
 
     /// Pixels, or none where movement is not followed.
@@ -122,6 +136,23 @@ buffers! {
     }
 }
 
+buffers! {
+    /// What the tree is made over.
+    pub struct CutBuffers for Sizes {
+        /// Virtual lights of all bounces with the flux that receivers see.
+        tailed: [Vpl] = |s| s.setup.options.slots().into();
+    }
+}
+
+/// The tree over all virtual lights of all bounces.
+#[derive(Debug)]
+pub struct Cuts {
+    /// The lights.
+    pub lights: CutBuffers,
+    /// The tree.
+    pub tree: LightTree,
+}
+
 /// All buffers.
 #[derive(Debug)]
 pub struct Buffers {
@@ -133,6 +164,8 @@ pub struct Buffers {
     pub slots: VplSlots,
     /// The scene for rays.
     pub accel: AccelBuffers,
+    /// The tree over all virtual lights, where pixels gather cuts.
+    pub cuts: Option<Cuts>,
     /// The points of the scene and the shadow maps, where there are any.
     pub atlas: Option<Atlas>,
     /// One per run of `bounce`: its range, and how it chooses.
@@ -191,8 +224,17 @@ impl Buffers {
             paths: params.paths,
             path_bounces: self.setup.path_bounces(),
             path_parts: options.path_parts(),
+            inner: self.cuts.as_ref().map_or(0, |c| c.tree.layout().inner()),
+            branches: self.cuts.as_ref().map_or(0, |c| c.tree.layout().len()),
             pad0: 0,
+            pad1: 0,
+            pad2: 0,
         };
+        if let Some(cuts) = &self.cuts {
+            let (receivers, seed) = (self.size[0] * self.size[1], self.setup.tree_seed(frame));
+            cuts.tree
+                .prepare(queue, &TreeParams { receivers, tau: params.tau, seed, ..TreeParams::default() });
+        }
         queue.write_buffer(&self.own.settings, 0, bytemuck::bytes_of(&settings));
         if self.setup.map_lights() > 0 {
             self.slots.write_points(queue, &points(&self.setup, Use::Maps, frame, self.setup.map_lights()));
@@ -269,6 +311,10 @@ impl GpuTechnique for InstantRadiosity {
         if let Some([points, tiles]) = s.atlas() {
             plan = plan.and(Atlas::plan(&s.setup.options.shadow_maps(), points, tiles));
         }
+        if s.setup.options.has_cuts() {
+            let lights = s.setup.options.slots().into();
+            plan = plan.and(CutBuffers::plan(s)).and(LightTree::plan(lights, s.pixels));
+        }
         (0..s.setup.runs()).for_each(|_| {
             plan.uniform::<BounceRange>("range");
             plan.uniform::<PointChoice>("choice");
@@ -301,6 +347,7 @@ impl GpuTechnique for InstantRadiosity {
             own: OwnBuffers::new(device, s)?,
             slots: VplSlots::new(device, s.selection(), resolution, s.maps)?,
             accel: AccelBuffers::upload(device, queue, &setup.fitted.tree)?,
+            cuts: s.cuts(device)?,
             atlas: s.atlas().map(atlas).transpose()?,
             runs: (0..setup.runs()).map(run).collect(),
             ranges: ranges(&setup.options).map(|r| uniform_buffer(device, "lights_range", &r)).collect(),
@@ -323,6 +370,13 @@ impl GpuTechnique for InstantRadiosity {
 
     fn prepare(b: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
         setup.params.validate()?;
+        if setup.options.has_cuts() && setup.options.visibility == Visibility::Rays {
+            let rays = setup.options.shadow_rays;
+            if !(1..=MOST_RAYS).contains(&rays) {
+                let needed = "1 to 256 with gather=cuts and visibility=rays on the GPU";
+                return Err(BadOption::new("shadow-rays", rays, needed).into());
+            }
+        }
         b.rsm.prepare(queue, inputs.lights, inputs.views)?;
         let moved = !std::sync::Arc::ptr_eq(&b.setup.fitted.now, &setup.fitted.now);
         b.setup = setup.clone();
@@ -397,7 +451,33 @@ pub(crate) fn summary(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     b.compute(pass, (&INSTANT_RADIOSITY_SUMMARY, "summarise"), 1, &[])
 }
 
+pub(crate) fn tree(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    let Some(Cuts { lights, tree }) = &b.buffers.cuts else { return Ok(()) };
+    let slots = b.setup.options.slots().into();
+    b.compute(pass, (&INSTANT_RADIOSITY_TAILED, "tailed_lights"), slots, &lights.named())?;
+    let list = [named("vpls", &lights.tailed), named("count", &b.buffers.own.count)];
+    tree.build(b.pipelines, pass, &list)?;
+    let mut receivers = list.to_vec();
+    receivers.extend_from_slice(b.named());
+    tree.reference(b.pipelines, pass, &receivers)?;
+    tree.solve_reach(b.pipelines, pass)
+}
+
+fn gather_cuts(b: &Build<'_>, pass: &mut Pass, tree: &LightTree) -> Result<(), GpuError> {
+    let [across, down] = [0, 1].map(|axis| u64::from(b.sizes.size[axis].div_ceil(TILE_SIZE[axis])));
+    let module = match b.setup.options.visibility {
+        Visibility::Rays => &INSTANT_RADIOSITY_CUTS,
+        Visibility::Maps => &INSTANT_RADIOSITY_CUTS_MAPS,
+        Visibility::Off => &INSTANT_RADIOSITY_CUTS_OPEN,
+    };
+    let own = [named("branches", &tree.buffers.branches), named("gathered", &b.buffers.own.image)];
+    b.compute(pass, (module, "gather_cuts"), across * down * TILE as u64, &own)
+}
+
 pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
+    if let Some(cuts) = &b.buffers.cuts {
+        return gather_cuts(b, pass, &cuts.tree);
+    }
     let n = b.setup.options.interleave;
     let [across, down] = b.sizes.size.map(|side| u64::from(side.div_ceil(n)));
     let invocations = across * down * u64::from(n * n);

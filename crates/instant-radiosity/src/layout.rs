@@ -141,7 +141,11 @@ indirect_core::wgsl_struct! {
         pub(crate) paths: f32,
         pub(crate) path_bounces: u32,
         pub(crate) path_parts: u32,
+        pub(crate) inner: u32,
+        pub(crate) branches: u32,
         pub(crate) pad0: u32,
+        pub(crate) pad1: u32,
+        pub(crate) pad2: u32,
     }
 }
 

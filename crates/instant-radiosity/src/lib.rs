@@ -14,5 +14,5 @@ mod setup;
 
 pub use output::{InstantRadiosity, Output};
 pub use sequence::CYCLE;
-pub use settings::{Bounce, Options, Params, Sequence, Switch, Visibility};
+pub use settings::{Bounce, Gather, Options, Params, Sequence, Switch, Visibility};
 pub use setup::{Fitted, Setup};

@@ -23,6 +23,9 @@ pub struct Output {
     /// Their shadow maps, one per virtual light of every bounce.
     #[cfg(feature = "cpu")]
     pub shadows: imperfect_shadow_maps::cpu::Atlas,
+    /// The tree over the lights of all bounces, gather=cuts.
+    #[cfg(feature = "cpu")]
+    pub tree: rsm::cpu::LightTree,
     /// Irradiance of each pixel's part of them, W/m², and a number that differs where other lights were asked or other answers given.
     pub gathered: Vec<Vec4>,
     /// Where the surface of each pixel was in the frame before, metres; empty where nothing moved.

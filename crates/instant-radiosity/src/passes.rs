@@ -4,7 +4,7 @@ use indirect_filter::cpu::shade;
 use indirect_technique::{Row, Technique, passes};
 use rsm::Error;
 #[cfg(feature = "cpu")]
-use rsm::{Selection, Vpl};
+use rsm::{Bound, Selection, Vpl};
 
 #[cfg(feature = "cpu")]
 use crate::cpu;
@@ -18,9 +18,14 @@ use crate::setup::Setup;
 
 #[cfg(feature = "cpu")]
 fn lights<'a, S: cpu::Shadow>(o: &'a Output, setup: &Setup, shadow: &'a S) -> cpu::Lights<'a, S> {
-    let Options { interleave, bounces, compensate, .. } = setup.options;
-    let parts = cpu::Parts { interleave, per_bounce: setup.options.per_bounce(), bounces };
-    cpu::Lights { vpls: &o.vpls, parts, summary: o.summary, compensated: compensate.is_on(), shadow }
+    let compensated = setup.options.compensate.is_on();
+    cpu::Lights { vpls: &o.vpls, parts: parts(setup), summary: o.summary, compensated, shadow }
+}
+
+#[cfg(feature = "cpu")]
+fn parts(setup: &Setup) -> cpu::Parts {
+    let Options { interleave, bounces, .. } = setup.options;
+    cpu::Parts { interleave, per_bounce: setup.options.per_bounce(), bounces }
 }
 
 /// What a frame without a past is called, so that every frame of a still scene is the same where nothing is kept.
@@ -32,6 +37,19 @@ fn frame_number(setup: &Setup, output: &Output) -> u32 {
 #[cfg(feature = "cpu")]
 fn gather(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<glam::Vec4> {
     let (tests, seed) = (f.setup.options.tests(), f.setup.pixel_seed(frame_number(f.setup, o)));
+    if f.setup.options.has_cuts() {
+        return match f.setup.options.visibility {
+            Visibility::Rays => {
+                cpu::gather_cuts(&lights(o, f.setup, &cpu::Rays(f.accel)), &o.tree, f.camera, tests, seed)
+            }
+            Visibility::Maps => {
+                cpu::gather_cuts(&lights(o, f.setup, &cpu::Maps(&o.shadows)), &o.tree, f.camera, tests, seed)
+            }
+            Visibility::Off => {
+                cpu::gather_cuts(&lights(o, f.setup, &cpu::Open), &o.tree, f.camera, tests, seed)
+            }
+        };
+    }
     match f.setup.options.visibility {
         Visibility::Rays => cpu::gather(&lights(o, f.setup, &cpu::Rays(f.accel)), f.camera, tests, seed),
         Visibility::Maps => cpu::gather(&lights(o, f.setup, &cpu::Maps(&o.shadows)), f.camera, tests, seed),
@@ -191,6 +209,23 @@ impl Technique for InstantRadiosity {
                     ),
                 },
                 Row {
+                    name: "tree",
+                    times: |s| s.options.has_cuts().into(),
+                    cpu: |f, o, _| {
+                        let seed = f.setup.tree_seed(frame_number(f.setup, o));
+                        let vpls = cpu::tailed(&o.vpls, &parts(f.setup), &o.summary);
+                        o.tree.rebuild(&vpls, seed);
+                        let reference = o.tree.reference_irradiance(&f.camera.position, &f.camera.normal);
+                        o.tree.solve_reach(Bound::Error, f.setup.params.tau * reference);
+                    },
+                    gpu: |b, pass, _| gpu::tree(b, pass),
+                    data: |b, o, x, _| {
+                        if let Some(cuts) = &b.cuts {
+                            x.elements("", &cuts.tree.buffers.branches, 0, &mut o.tree.branches);
+                        }
+                    },
+                },
+                Row {
                     name: "gather",
                     times: |_| 1,
                     cpu: |f, o, _| o.gathered = gather(f, o),
@@ -268,11 +303,13 @@ impl Technique for InstantRadiosity {
         #[cfg(feature = "cpu")]
         let history = o.history.as_ref().map_or(0, |h| 32 * h.irradiance.len());
         #[cfg(feature = "cpu")]
-        let shadows = o.shadows.bytes();
+        let (shadows, tree) =
+            (o.shadows.bytes(), size_of_val(&o.tree.branches[..]) + size_of_val(&o.tree.order[..]));
         #[cfg(not(feature = "cpu"))]
-        let (history, shadows) = (0, 0);
+        let (history, shadows, tree) = (0, 0, 0);
         (o.rsm.bytes()
             + shadows
+            + tree
             + size_of_val(&o.vpls[..])
             + vectors * size_of::<glam::Vec3>()
             + 16 * o.gathered.len()

@@ -1,6 +1,6 @@
 use imperfect_shadow_maps::Placement;
 use indirect_core::settings::{BadOption, Settings as _};
-use rsm::MAX_RESOLUTION;
+use rsm::{MAX_RESOLUTION, TreeLayout};
 
 indirect_core::choice! {
     /// What stands between a virtual light and a receiver.
@@ -27,6 +27,18 @@ indirect_core::choice! {
         /// The brightest of its points is the next and carries its own light alone, as the thesis prints it. Neither its energy
         /// nor its place is right in the mean.
         Brightest = "brightest",
+    }
+}
+
+indirect_core::choice! {
+    /// Which virtual lights a pixel gathers.
+    pub enum Gather {
+        /// Another part of them at each pixel of a block (Keller & Heidrich 2001). The default.
+        #[default]
+        Interleaved = "interleaved",
+        /// For each tile of 4×2 pixels its own cut through a tree over all of them (Walter et al. 2005): time hardly grows with their
+        /// number.
+        Cuts = "cuts",
     }
 }
 
@@ -66,6 +78,9 @@ indirect_core::settings! {
         /// Shadow rays per pixel, to as many of its virtual lights, drawn in proportion to what they would give; 0 asks all,
         /// visibility=rays. Higher: less noise, more time.
         pub shadow_rays: u32 = 8, 0..=1 << 16;
+        /// Which virtual lights a pixel gathers. With cuts interleave² only says which pixels are averaged, and into how many parts the
+        /// lights are shared out for paths.
+        pub gather: Gather = Gather::Interleaved;
         /// How the virtual lights of the next bounce are found.
         pub bounce: Bounce = Bounce::Rays;
         /// Pixels along each side of a block in which each pixel takes another part of the virtual lights; 1: all take all. Higher:
@@ -118,9 +133,15 @@ impl Switch {
 impl Options {
     fn relations(&self) -> Result<(), BadOption> {
         let each = self.per_bounce() / self.parts() * self.bounces;
-        if each > MOST_PER_PIXEL {
+        // Paths ask a part of them even where pixels gather cuts.
+        if each > MOST_PER_PIXEL && (!self.has_cuts() || self.compensate.is_on()) {
             let needed = "at most 16384 · interleave² / bounces: a pixel asks its part of them one by one";
             return Err(BadOption::new("vpls", self.vpls, needed));
+        }
+        if self.has_cuts()
+            && u64::from(self.per_bounce()) * u64::from(self.bounces) > TreeLayout::MAX_LIGHTS.into()
+        {
+            return Err(BadOption::new("vpls", self.vpls, "at most 2²⁰ / bounces with gather=cuts"));
         }
         self.shadow_maps().validate()
     }
@@ -152,6 +173,12 @@ impl Options {
     #[must_use]
     pub fn has_points(&self) -> bool {
         self.visibility == Visibility::Maps || self.bounce != Bounce::Rays && self.bounces > 1
+    }
+
+    /// Whether pixels gather cuts through a tree.
+    #[must_use]
+    pub fn has_cuts(&self) -> bool {
+        self.gather == Gather::Cuts
     }
 
     /// Whether what a frame computed serves the next.
@@ -198,6 +225,9 @@ indirect_core::settings! {
         /// Area, in units of the mean area that a virtual light stands for, that bounds its light near by: Φ cosθ cosθ'/(π d² + A).
         /// Higher: smoother; darker corners without compensate.
         pub bound: f32 = 1.0, 0.0..=1e6;
+        /// Error of a branch of a cut at which it is split, as a share of the mean irradiance, gather=cuts. Higher: shorter cuts, coarser
+        /// light; 0: every light, up to 8192 of them.
+        pub tau: f32 = 0.01, 0.0..=1e3;
         /// Share of the past where nothing changed: c_Base of equation 3.4. Higher: smoother, slower to follow.
         pub confidence: f32 = 0.9, 0.0..=0.999;
         /// How much a pixel's way lowers the confidence: w_pos of equation 3.1, with the way in image widths and depth relative to itself.

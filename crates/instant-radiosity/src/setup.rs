@@ -58,6 +58,11 @@ impl Setup {
         hash_combine(self.params.seed, frame)
     }
 
+    /// What draws the lights that represent the branches of a frame's tree.
+    pub(crate) const fn tree_seed(&self, frame: u32) -> u32 {
+        hash_combine(self.pixel_seed(frame), 0x301)
+    }
+
     /// Whether the last bounce stands for all that would follow: there is one before it to tell how much it keeps.
     pub(crate) fn has_tail(&self) -> bool {
         self.options.tail.is_on() && self.options.bounces > 1

@@ -6,7 +6,7 @@ mod common;
 use common::{Stage, corner, lamp, light, lights, most, options, still, view};
 use glam::Vec3;
 use indirect_core::{LightKind, Material, Scene};
-use instant_radiosity::{Bounce, Options, Output, Params, Switch, Visibility, cpu};
+use instant_radiosity::{Bounce, Gather, Options, Output, Params, Switch, Visibility, cpu};
 
 const SIZE: [u32; 2] = [32, 20];
 
@@ -30,6 +30,8 @@ fn all() -> Vec<Options> {
             ..options()
         },
         Options { bounce: Bounce::Brightest, points: 1, ..options() },
+        Options { gather: Gather::Cuts, ..options() },
+        Options { gather: Gather::Cuts, compensate: Switch::Off, interleave: 3, shadow_rays: 0, ..options() },
     ]
 }
 
@@ -158,6 +160,10 @@ fn settings_out_of_range_are_refused_by_name() {
         (Options { vpls: 0, ..Options::default() }, "vpls"),
         (Options { interleave: 9, ..Options::default() }, "interleave"),
         (Options { vpls: 65_536, interleave: 1, ..Options::default() }, "vpls"),
+        (
+            Options { vpls: 65_536, interleave: 7, bounces: 16, gather: Gather::Cuts, ..Options::default() },
+            "vpls",
+        ),
     ] {
         let error = options.validate().unwrap_err().to_string();
         assert!(error.contains(name), "{error}");

@@ -6,17 +6,20 @@ mod common;
 use std::f32::consts::PI;
 
 use common::{Stage, corner, lamp, lights, options, still, view};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use indirect_accel::{Accel, BuildPreset};
 use indirect_core::math::luminance;
 use indirect_core::{GBuffer, Image, Scene};
 use indirect_sampling::mapping::disc_concentric;
 use indirect_sampling::sobol;
-use instant_radiosity::cpu::{Lights, Open, Parts, bounce_rays, emit, gather};
+use instant_radiosity::cpu::{Lights, Open, Parts, Rays, bounce_rays, emit, gather, gather_cuts, tailed};
 use instant_radiosity::layout::Summary;
-use instant_radiosity::{Bounce, Fitted, Options, Output, Params, Sequence, Setup, Switch, Visibility};
+use instant_radiosity::{
+    Bounce, Fitted, Gather, Options, Output, Params, Sequence, Setup, Switch, Visibility,
+};
 use reference_pathtracer::{Bounces, Components, Samples, Settings, render};
-use rsm::Vpl;
+use rsm::cpu::LightTree;
+use rsm::{Bound, Vpl};
 
 fn flux(vpls: &[Vpl]) -> DVec3 {
     vpls.iter().map(|v| v.flux.as_dvec3()).sum()
@@ -61,6 +64,109 @@ fn lights_on_a_disc_give_its_form_factor() {
         let wrong = error(&disc(4096, h, |p| -p.normalize()));
         assert!(wrong.abs() > 0.02, "{h}: {wrong} passed");
     }
+}
+
+/// Largest difference of two gathers, in units of the largest irradiance.
+fn apart(a: &[Vec4], b: &[Vec4]) -> f32 {
+    let largest = b.iter().map(|e| e.truncate().max_element()).fold(0.0, f32::max);
+    assert!(largest > 0.0);
+    a.iter().zip(b).map(|(a, b)| (*a - *b).truncate().abs().max_element()).fold(0.0, f32::max) / largest
+}
+
+#[test]
+fn cuts_of_every_light_are_the_whole_list() {
+    let scene = corner(lights()[1], 1.0);
+    // Neither a multiple of a tile, and with pixels that see nothing.
+    let stage = Stage::new(&scene, view(1.0), [37, 23]);
+    for compensate in [Switch::On, Switch::Off] {
+        let base =
+            still(Options { interleave: 1, vpls: 200, bounces: 3, shadow_rays: 0, compensate, ..options() });
+        let params = Params { tau: 0.0, ..Params::default() };
+        let setup = stage.setup(Options { gather: Gather::Cuts, ..base }, params);
+        let o = stage.run(&setup, 1, Output::default());
+        let rays = Rays(&stage.accel);
+        let parts = Parts { interleave: 1, per_bounce: 200, bounces: 3 };
+        let compensated = compensate.is_on();
+        let all = Lights { vpls: &o.vpls, parts, summary: o.summary, compensated, shadow: &rays };
+        let whole = gather(&all, &stage.camera, 0, 0);
+        let cuts = |vpls: &[Vpl], seed| {
+            let mut tree = LightTree::new(vpls, seed);
+            tree.solve_reach(Bound::Error, 0.0);
+            gather_cuts(&all, &tree, &stage.camera, 0, 0)
+        };
+        // The same 600 terms in another order: 600 roundings of 6e-8 at most.
+        let right = apart(&cuts(&tailed(&o.vpls, &parts, &o.summary), 5), &whole);
+        assert!(right < 4e-5, "{right}");
+        // A fault: the last bounce without the share of those that follow.
+        let wrong = apart(&cuts(&o.vpls[..600], 5), &whole);
+        assert!(o.summary.tail.max_element() > 1.1 && wrong > 1e-3, "{wrong} passed");
+    }
+}
+
+/// The share of light that arrives, by a few tests in coarse cuts and as the mean over seeds, is that of testing every light.
+#[test]
+fn drawn_tests_of_coarse_cuts_are_right_in_the_mean() {
+    let scene = indirect_scene::fixtures::build("cornell_spot").unwrap();
+    let stage = Stage::new(&scene, scene.cameras[0].view([16, 16]), [16, 16]);
+    let base = still(Options { vpls: 512, bounces: 2, compensate: Switch::Off, interleave: 1, ..options() });
+    let o = stage.run(&stage.setup(base, Params::default()), 1, Output::default());
+    let (parts, summary, rays) =
+        (Parts { interleave: 1, per_bounce: 512, bounces: 2 }, o.summary, Rays(&stage.accel));
+    let lights = Lights { vpls: &o.vpls, parts, summary, compensated: false, shadow: &rays };
+    let open = Lights { vpls: &o.vpls, parts, summary, compensated: false, shadow: &Open };
+    let vpls = tailed(&o.vpls, &parts, &summary);
+    let sum = |e: &[Vec4]| e.iter().map(|e| f64::from(luminance(e.truncate()))).sum::<f64>();
+    let exact = sum(&gather(&lights, &stage.camera, 0, 0)) / sum(&gather(&open, &stage.camera, 0, 0));
+    let mut cut = LightTree::new(&vpls, 0);
+    let threshold = 0.003 * cut.reference_irradiance(&stage.camera.position, &stage.camera.normal);
+    cut.solve_reach(Bound::Error, threshold);
+    let sent = sum(&gather_cuts(&open, &cut, &stage.camera, 0, 0));
+    let arrives = |tests: u32| {
+        let of = |seed| {
+            let mut tree = LightTree::new(&vpls, seed);
+            tree.solve_reach(Bound::Error, threshold);
+            sum(&gather_cuts(&lights, &tree, &stage.camera, tests, seed))
+        };
+        (0..64).map(of).sum::<f64>() / 64.0 / sent
+    };
+    println!("arrives {exact:.4}");
+    for tests in [0, 1, 4] {
+        // 256 pixels · 64 trees of at least one answer of yes or no, one half either way: a standard error of 0.4 %. What is left comes from
+        // lights that a cut weighs other than each alone: of either sign, and less than those.
+        let found = arrives(tests) - exact;
+        println!("{tests}: {found:+.4}");
+        assert!(found.abs() < 0.012, "{tests}: {found}");
+    }
+    // A fault: nothing stands in the way.
+    assert!(1.0 - exact > 0.024, "{exact} passed");
+}
+
+#[test]
+fn cuts_are_close_to_the_whole_and_tau_says_how_close() {
+    let scene = indirect_scene::fixtures::build("cornell_spot").unwrap();
+    let size = [48, 48];
+    let stage = Stage::new(&scene, scene.cameras[0].view(size), size);
+    let run = |gather, tau| {
+        let base =
+            Options { vpls: 2048, bounces: 2, interleave: 1, resolution: 128, gather, ..Options::default() };
+        let open = still(Options { visibility: Visibility::Off, compensate: Switch::Off, ..base });
+        stage.run(&stage.setup(open, Params { tau, ..Params::default() }), 1, Output::default()).gathered
+    };
+    let whole = run(Gather::Interleaved, 0.0);
+    let square = |e: Vec4| f64::from(luminance(e.truncate())).powi(2);
+    let all: f64 = whole.iter().map(|e| square(*e)).sum();
+    let mut before = 0.0;
+    for (tau, most) in [(0.001, 0.005), (0.01, 0.03), (0.1, 0.1), (10.0, f64::MAX)] {
+        let cuts = run(Gather::Cuts, tau);
+        let error = (cuts.iter().zip(&whole).map(|(a, b)| square(*a - *b)).sum::<f64>() / all).sqrt();
+        println!("tau {tau}: {error:.5}");
+        // Each branch errs by less than τ of the mean, of either sign. Some branches of a short cut, and some tens of a long one, differ in
+        // sign at random: together √ of their number times a part of τ.
+        assert!(error > before && error < most, "{tau}: {error}");
+        before = error;
+    }
+    // A fault: a cut that is far too short.
+    assert!(before > 0.1, "{before} passed");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use indirect_gpu::{Context, GBufferTarget, PassTimer, Pipelines, SceneBuffers, V
 use indirect_technique::gpu::{Backend, Inputs, Twin, run_both_after};
 use instant_radiosity::gpu::Resources;
 use instant_radiosity::{
-    Bounce, InstantRadiosity, Options, Output, Params, Sequence, Setup, Switch, Visibility,
+    Bounce, Gather, InstantRadiosity, Options, Output, Params, Sequence, Setup, Switch, Visibility,
 };
 use testkit::{judge, perturb};
 
@@ -60,6 +60,10 @@ fn frame(context: &Context, scene: &Scene, setup: &Setup) -> Frame {
     frame_after(context, scene, view(1.0), setup, Output::default())
 }
 
+fn cuts(options: Options) -> Options {
+    Options { gather: Gather::Cuts, ..options }
+}
+
 #[test]
 fn every_pass_agrees_for_every_light_and_option() {
     let Some(context) = testkit::gpu() else { return };
@@ -94,6 +98,18 @@ fn every_pass_agrees_for_every_light_and_option() {
             params,
         ),
         (&scenes[0], Options { interleave: 1, vpls: 300, bounces: 1, shadow_rays: 0, ..options() }, params),
+        (&scenes[0], cuts(options()), params),
+        (
+            &mixed,
+            Options { compensate: Switch::Off, bounces: 1, ..cuts(options()) },
+            Params { tau: 0.1, ..params },
+        ),
+        (
+            &scenes[1],
+            Options { visibility: Visibility::Maps, points: 4096, points_per_map: 512, ..cuts(options()) },
+            Params { tau: 0.03, ..params },
+        ),
+        (&scenes[2], still(Options { visibility: Visibility::Off, vpls: 1024, ..cuts(options()) }), params),
     ];
     for (i, (scene, options, params)) in cases.into_iter().enumerate() {
         let frame = frame(context, scene, &setup(scene, options, params));
@@ -104,6 +120,27 @@ fn every_pass_agrees_for_every_light_and_option() {
         println!("case {i}: {mean} {expected}");
         // Silhouette texels of the maps move a virtual light or two of 64.
         assert!((mean - expected).abs().max_element() < 0.05 * expected.max_element(), "{mean} {expected}");
+    }
+}
+
+/// Software renderers end long loops: what would be wrong there is refused.
+#[test]
+fn cuts_whose_lights_are_all_tested_by_rays_are_refused() {
+    let Some(context) = testkit::gpu() else { return };
+    let scene = corner(lights()[0], 1.0);
+    let views = rsm::views::views(&scene);
+    let view = view(1.0);
+    let inputs = Inputs { lights: &scene.lights, views: &views, camera: &view };
+    let pipelines = Pipelines::new(&context.device);
+    let target = GBufferTarget::new(&context.device, CAMERA).unwrap();
+    for (shadow_rays, refused) in [(0, true), (1, false), (256, false), (257, true)] {
+        let setup = setup(&scene, Options { shadow_rays, ..cuts(options()) }, Params::default());
+        let mut resources = Resources::new(&pipelines, &context.queue, &setup, views.len(), &target).unwrap();
+        let result = resources.prepare(&context.queue, &inputs, &setup);
+        assert_eq!(result.is_err(), refused, "{shadow_rays}");
+        if let Err(e) = result {
+            assert!(e.to_string().contains("shadow-rays"), "{e}");
+        }
     }
 }
 
@@ -143,15 +180,17 @@ fn a_perturbed_buffer_is_found() {
     let Some(context) = testkit::gpu() else { return };
     let mut scene = lamp(1.0);
     scene.lights.push(common::light(lights()[0]));
-    let setup = setup(&scene, Options { bounces: 2, ..options() }, Params::default());
-    let mut frame = frame(context, &scene, &setup);
-    judge(&frame.twins);
-    for i in 0..frame.twins.len() {
-        let good = frame.twins[i].gpu.clone();
-        perturb(&mut frame.twins[i]);
-        let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| judge(&frame.twins)));
-        assert!(found.is_err(), "{} {}", frame.twins[i].pass, frame.twins[i].buffer);
-        frame.twins[i].gpu = good;
+    for options in [options(), cuts(options())] {
+        let setup = setup(&scene, Options { bounces: 2, ..options }, Params::default());
+        let mut frame = frame(context, &scene, &setup);
+        judge(&frame.twins);
+        for i in 0..frame.twins.len() {
+            let good = frame.twins[i].gpu.clone();
+            perturb(&mut frame.twins[i]);
+            let found = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| judge(&frame.twins)));
+            assert!(found.is_err(), "{} {}", frame.twins[i].pass, frame.twins[i].buffer);
+            frame.twins[i].gpu = good;
+        }
     }
 }
 

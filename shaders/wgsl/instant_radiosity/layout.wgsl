@@ -93,7 +93,12 @@ struct FrameSettings {
     path_bounces: u32,
     /// Parts of the lights that the end of a path is lit by.
     path_parts: u32,
+    /// Branches of the tree over all lights that have children, and all; 0 where pixels gather no cuts.
+    inner: u32,
+    branches: u32,
     pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;

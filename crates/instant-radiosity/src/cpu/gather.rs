@@ -106,7 +106,7 @@ impl<S: Shadow> Lights<'_, S> {
     }
 
     #[inline]
-    fn asks(&self, slot: u32, p: Vec3, n: Vec3, choices: &mut Choices) -> bool {
+    pub(super) fn asks(&self, slot: u32, p: Vec3, n: Vec3, choices: &mut Choices) -> bool {
         let visible = self.shadow.visible(slot, &self.vpls[slot as usize], p, n);
         choices.note(2 * slot + u32::from(visible));
         visible

@@ -2,6 +2,7 @@
 
 mod bounce;
 mod compensate;
+mod cuts;
 mod emit;
 mod gather;
 mod irsm;
@@ -13,6 +14,7 @@ mod summary;
 
 pub use bounce::bounce_rays;
 pub use compensate::{Paths, compensate};
+pub use cuts::{MOST_VISITED, TILE_SIZE, gather_cuts, tailed};
 pub use emit::emit;
 pub use gather::{Lights, Parts, gather};
 pub use irsm::bounce_irsm;
