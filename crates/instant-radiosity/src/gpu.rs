@@ -43,7 +43,7 @@ type Build<'a> = indirect_technique::gpu::Build<'a, InstantRadiosity>;
 const LIGHTS: usize = 1024;
 
 /// Shadow rays of a pixel that gathers a cut: software renderers end a shader's loops after 65 535 rounds, those within rays included.
-const MOST_RAYS: u32 = 256;
+const MOST_RAYS: u32 = 64;
 
 /// What the lengths of buffers follow from.
 #[derive(Debug, Clone)]
@@ -373,7 +373,7 @@ impl GpuTechnique for InstantRadiosity {
         if setup.options.has_cuts() && setup.options.visibility == Visibility::Rays {
             let rays = setup.options.shadow_rays;
             if !(1..=MOST_RAYS).contains(&rays) {
-                let needed = "1 to 256 with gather=cuts and visibility=rays on the GPU";
+                let needed = "1 to 64 with gather=cuts and visibility=rays on the GPU";
                 return Err(BadOption::new("shadow-rays", rays, needed).into());
             }
         }

@@ -76,7 +76,7 @@ indirect_core::settings! {
         /// What stands between a virtual light and a receiver.
         pub visibility: Visibility = Visibility::Rays;
         /// Shadow rays per pixel, to as many of its virtual lights, drawn in proportion to what they would give; 0 asks all,
-        /// visibility=rays. Higher: less noise, more time.
+        /// visibility=rays. Higher: less noise, more time. With gather=cuts the GPU takes 1 to 64.
         pub shadow_rays: u32 = 8, 0..=1 << 16;
         /// Which virtual lights a pixel gathers. With cuts interleave² only says which pixels are averaged, and into how many parts the
         /// lights are shared out for paths.

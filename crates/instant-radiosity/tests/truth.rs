@@ -141,6 +141,33 @@ fn drawn_tests_of_coarse_cuts_are_right_in_the_mean() {
     assert!(1.0 - exact > 0.024, "{exact} passed");
 }
 
+/// A walk that reaches its end early takes what is left branch by branch, and loses no light.
+#[test]
+fn a_cut_of_too_many_lights_keeps_their_light() {
+    let vpls = disc(20_000, 1.0, |_| -Vec3::Y);
+    let parts = Parts { interleave: 1, per_bounce: 20_000, bounces: 1 };
+    let summary = Summary::default();
+    let mut camera = GBuffer::new([1, 1]);
+    camera.triangle.fill(0);
+    camera.normal.fill(Vec3::Y);
+    let mut tree = LightTree::new(&vpls, 0);
+    tree.solve_reach(Bound::Error, 0.0);
+    let lights = Lights { vpls: &vpls, parts, summary, compensated: false, shadow: &Open };
+    let whole = gather(&lights, &camera, 0, 0)[0].x;
+    let cut = gather_cuts(&lights, &tree, &camera, 0, 0)[0].x;
+    // 2 · 8192 of 40 000 branches are visited: what is taken as it comes are at most some tenths of the disc, 1 m away, and each of those
+    // as one light is off by (0.3)² or so.
+    assert!((cut / whole - 1.0).abs() < 0.1, "{cut} {whole}");
+    // A fault: the walk ends instead. Less than half of the branches are behind.
+    let part = gather(
+        &Lights { vpls: &vpls[..8192], parts: Parts { per_bounce: 8192, ..parts }, ..lights },
+        &camera,
+        0,
+        0,
+    );
+    assert!((part[0].x / whole - 1.0).abs() > 0.1, "{} passed", part[0].x);
+}
+
 #[test]
 fn cuts_are_close_to_the_whole_and_tau_says_how_close() {
     let scene = indirect_scene::fixtures::build("cornell_spot").unwrap();
@@ -156,17 +183,17 @@ fn cuts_are_close_to_the_whole_and_tau_says_how_close() {
     let square = |e: Vec4| f64::from(luminance(e.truncate())).powi(2);
     let all: f64 = whole.iter().map(|e| square(*e)).sum();
     let mut before = 0.0;
-    for (tau, most) in [(0.001, 0.005), (0.01, 0.03), (0.1, 0.1), (10.0, f64::MAX)] {
+    for (tau, most) in [(0.001, 0.008), (0.01, 0.032), (0.1, 0.09), (10.0, f64::MAX)] {
         let cuts = run(Gather::Cuts, tau);
         let error = (cuts.iter().zip(&whole).map(|(a, b)| square(*a - *b)).sum::<f64>() / all).sqrt();
         println!("tau {tau}: {error:.5}");
-        // Each branch errs by less than τ of the mean, of either sign. Some branches of a short cut, and some tens of a long one, differ in
-        // sign at random: together √ of their number times a part of τ.
+        // The bound is one of each branch; how the errors of some hundred add up is measured: 0.4, 1.6 and 4.4 %, allowed twice
+        // that.
         assert!(error > before && error < most, "{tau}: {error}");
         before = error;
     }
     // A fault: a cut that is far too short.
-    assert!(before > 0.1, "{before} passed");
+    assert!(before > 0.09, "{before} passed");
 }
 
 #[test]

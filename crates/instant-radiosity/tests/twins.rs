@@ -133,7 +133,7 @@ fn cuts_whose_lights_are_all_tested_by_rays_are_refused() {
     let inputs = Inputs { lights: &scene.lights, views: &views, camera: &view };
     let pipelines = Pipelines::new(&context.device);
     let target = GBufferTarget::new(&context.device, CAMERA).unwrap();
-    for (shadow_rays, refused) in [(0, true), (1, false), (256, false), (257, true)] {
+    for (shadow_rays, refused) in [(0, true), (1, false), (64, false), (65, true)] {
         let setup = setup(&scene, Options { shadow_rays, ..cuts(options()) }, Params::default());
         let mut resources = Resources::new(&pipelines, &context.queue, &setup, views.len(), &target).unwrap();
         let result = resources.prepare(&context.queue, &inputs, &setup);
