@@ -320,7 +320,7 @@ fn many(stage: &Stage<'_>) -> Outcome {
 /// Behaviour over time: what history gains, and how it follows.
 fn time(stage: &Stage<'_>) -> Outcome {
     println!(
-        "history: base confidence, rel_rmse % of 256 lights after 32 frames, frames to 90 % of a step ×2, % left 3 frames after the light went off"
+        "history: settings, rel_rmse % after 32 frames, frames to 90 % of a step ×2, % left 3 frames after the light went off"
     );
     let truth = stage.truth(Bounces::Infinite, 1024)?;
     let sum = |i: &Image| i.pixels.iter().map(|p| f64::from(luminance(*p))).sum::<f64>();
@@ -359,6 +359,8 @@ fn time(stage: &Stage<'_>) -> Outcome {
         let left = after(0.0, 3)[2] / start * 100.0;
         println!("  {pairs:<22} {error:>6.1} {lag:>6} {left:>6.1}");
     }
+    let (reused, _) = stage.frames(&stage.setup("vpls=256")?, 32);
+    println!("  256 lights, 32 frames: {:.1} %", stage.judge(&reused.image, &truth)?[0]);
     for vpls in [256, 1024, 4096] {
         let (one, _) = stage.frames(&stage.setup(&format!("vpls={vpls} history=off"))?, 1);
         println!("  {vpls} lights without history: {:.1} %", stage.judge(&one.image, &truth)?[0]);

@@ -234,7 +234,7 @@ indirect_core::settings! {
         pub moved: f32 = 1.0, 0.0..=1e6;
         /// Paths that carry what the bound removes, in units of those that carry all of it when they go on: each then carries its share.
         /// Higher: less noise in corners, more time.
-        pub paths: f32 = 2.0, 1.0..=64.0;
+        pub paths: f32 = 4.0, 1.0..=64.0;
         /// How much a turned normal lowers it: w_normal of equation 3.2.
         pub turned: f32 = 2.0, 0.0..=1e6;
         /// How much changed light lowers it: w_illumination of equation 3.3, with the change relative to the light. 0: not at all, no

@@ -175,3 +175,4 @@ macro_rules! for_technique {
 for_technique!(gather, rsm_gather::RsmGather);
 for_technique!(hints, radiance_hints::RadianceHints);
 for_technique!(radiosity, image_space_radiosity::ImageSpaceRadiosity);
+for_technique!(instant, instant_radiosity::InstantRadiosity);
