@@ -32,6 +32,11 @@ const PARTS: [Part; 5] = [
         files: &["xtask/src/technique/image_space_radiosity.rs"],
     },
     Part {
+        name: "instant-radiosity",
+        folders: &["crates/instant-radiosity/src", "shaders/wgsl/instant_radiosity"],
+        files: &["xtask/src/technique/instant_radiosity.rs"],
+    },
+    Part {
         name: "shared by all",
         folders: &["crates/technique/src", "crates/filter/src", "crates/gpu/src", "shaders/wgsl/filter"],
         files: &[],
@@ -39,7 +44,7 @@ const PARTS: [Part; 5] = [
 ];
 
 /// Files that compute although they lie beside the passes.
-const ALGORITHM: [&str; 3] = ["views.rs", "volume.rs", "levels.rs"];
+const ALGORITHM: [&str; 5] = ["views.rs", "volume.rs", "levels.rs", "fit.rs", "sequence.rs"];
 
 pub(crate) fn run() -> Outcome {
     say(

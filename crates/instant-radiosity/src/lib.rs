@@ -6,13 +6,17 @@ pub mod cpu;
 pub mod gpu;
 pub mod layout;
 
+#[cfg(feature = "cpu")]
+mod fit;
 mod output;
 mod passes;
+#[cfg(feature = "cpu")]
 mod sequence;
 mod settings;
 mod setup;
 
 pub use output::{InstantRadiosity, Output};
+#[cfg(feature = "cpu")]
 pub use sequence::CYCLE;
 pub use settings::{Bounce, Gather, Options, Params, Sequence, Switch, Visibility};
 pub use setup::{Fitted, Setup};

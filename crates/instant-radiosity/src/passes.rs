@@ -13,7 +13,9 @@ use crate::gpu;
 use crate::output::{InstantRadiosity, Output};
 #[cfg(feature = "cpu")]
 use crate::sequence::{Use, points};
-use crate::settings::{Bounce, Options, Params, Visibility};
+#[cfg(feature = "cpu")]
+use crate::settings::Bounce;
+use crate::settings::{Options, Params, Visibility};
 use crate::setup::Setup;
 
 #[cfg(feature = "cpu")]
