@@ -14,7 +14,7 @@ struct Part {
     files: &'static [&'static str],
 }
 
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 6] = [
     Part { name: "rsm", folders: &["crates/rsm/src", "shaders/wgsl/rsm"], files: &[] },
     Part {
         name: "rsm-gather",
