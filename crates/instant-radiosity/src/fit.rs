@@ -79,7 +79,7 @@ impl Fitted {
     pub fn new(accel: &indirect_accel::Accel<'_>, options: &Options) -> Self {
         let mut fitted = Self::with(accel, options);
         if options.has_points() {
-            // The same points for every seed: what changes from frame to frame is which of them a light is given.
+            // The same points for every seed: they belong to the scene.
             let places =
                 imperfect_shadow_maps::place(accel.scene(), options.points, &[], options.placement, 0);
             fitted.places = Arc::new(places);

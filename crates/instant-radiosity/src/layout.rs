@@ -163,3 +163,26 @@ indirect_core::wgsl_struct! {
         pub pad0: u32,
     }
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use indirect_gpu::shaders::{
+        INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_EMIT,
+        INSTANT_RADIOSITY_GATHER, INSTANT_RADIOSITY_MERGE, INSTANT_RADIOSITY_POINTS,
+        INSTANT_RADIOSITY_SUMMARY,
+    };
+    use testkit::layout::check;
+
+    #[test]
+    fn structs_lie_in_memory_as_in_wgsl() {
+        check::<Emitter>(&INSTANT_RADIOSITY_EMIT).unwrap();
+        check::<TriangleSurface>(&INSTANT_RADIOSITY_BOUNCE).unwrap();
+        check::<BounceRange>(&INSTANT_RADIOSITY_BOUNCE).unwrap();
+        check::<PointChoice>(&INSTANT_RADIOSITY_POINTS).unwrap();
+        check::<Summary>(&INSTANT_RADIOSITY_SUMMARY).unwrap();
+        check::<LightRange>(&INSTANT_RADIOSITY_GATHER).unwrap();
+        check::<PunctualLight>(&INSTANT_RADIOSITY_COMPENSATE).unwrap();
+        check::<FrameSettings>(&INSTANT_RADIOSITY_MERGE).unwrap();
+    }
+}

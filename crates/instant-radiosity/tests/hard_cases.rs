@@ -84,21 +84,15 @@ fn a_white_furnace_has_a_bounded_tail() {
 }
 
 #[test]
-fn lights_in_surfaces_and_at_receivers_stay_bounded() {
-    let mut worst = 0.0_f32;
+fn lights_in_surfaces_and_at_receivers_stay_finite() {
     for position in
         [Vec3::ZERO, Vec3::new(0.0, 1e-6, 0.0), Vec3::new(0.4, 0.5, -0.5), Vec3::new(0.0, 1e-3, -1.999)]
     {
         let scene = corner(LightKind::Point { position }, 1.0);
         for options in all() {
-            let o = render(&scene, 1.0, options);
-            finite(&o);
-            worst = worst.max(most(&o.image.pixels));
+            finite(&render(&scene, 1.0, options));
         }
     }
-    // 4π · 3 W from the light, onto whose own surroundings bounced light cannot be brighter than its flux over the smallest footprint.
-    println!("largest radiance {worst:.3e}");
-    assert!(worst.is_finite());
 }
 
 /// How far the brightest pixel of single frames is above that of the truth, corners included.

@@ -48,12 +48,12 @@ fn along_ray(accel: &Accel<'_>, fitted: &Fitted, sources: &[Vpl], source: &Vpl, 
 }
 
 /// Sources that a footprint asks.
-const ASKED: usize = 256;
+const ASKED: u32 = 256;
 
 /// The area that a virtual light stands for: one over the density of all lights of its bounce there, whose rays arrive with the density
 /// `cosθ cosθ'/(π d²)` from each source. Bounded by the sources' own areas, and at most `area`.
 pub(super) fn footprint(sources: &[Vpl], position: Vec3, normal: Vec3, area: f32) -> f32 {
-    let step = sources.len().div_ceil(ASKED);
+    let step = sources.len().div_ceil(ASKED as usize);
     let mut density = 0.0;
     for s in sources.iter().step_by(step) {
         let v = s.position - position;
@@ -67,4 +67,13 @@ pub(super) fn footprint(sources: &[Vpl], position: Vec3, normal: Vec3, area: f32
         }
     }
     1.0 / (density * step as f32).max(1.0 / area)
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    #[test]
+    fn as_many_sources_are_asked_as_by_the_shader() {
+        use indirect_gpu::shaders::INSTANT_RADIOSITY_BOUNCE;
+        testkit::layout::check_constant(&INSTANT_RADIOSITY_BOUNCE, "ASKED", super::ASKED).unwrap();
+    }
 }

@@ -152,3 +152,13 @@ impl Paths<'_> {
         Vec3::ZERO
     }
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    #[test]
+    fn the_least_number_is_that_of_the_shader() {
+        use indirect_gpu::shaders::INSTANT_RADIOSITY_COMPENSATE;
+        testkit::layout::check_constant(&INSTANT_RADIOSITY_COMPENSATE, "LEAST_NUMBER", super::LEAST_NUMBER)
+            .unwrap();
+    }
+}

@@ -8,12 +8,10 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use indirect_core::{GBuffer, View, math::luminance};
+use indirect_filter::cpu::DEPTH_TOLERANCE;
 use rayon::prelude::*;
 
 use crate::settings::Params;
-
-/// How far the depth that the last frame saw may be from the one expected there, as a share of it.
-pub const DEPTH_TOLERANCE: f32 = 0.02;
 
 /// What a frame leaves to the next.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,4 +156,14 @@ fn blend(
     let confidence = params.confidence * (1.0 - moved.max(turned).max(changed)).clamp(0.0, 1.0);
     let share = confidence.min(before.w / (before.w + 1.0)) * total;
     (now.mean + (earlier.truncate() - now.mean) * share, 1.0 / (1.0 - share).max(1e-3))
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    #[test]
+    fn the_tolerance_is_that_of_the_shader() {
+        use indirect_gpu::shaders::INSTANT_RADIOSITY_MERGE;
+        testkit::layout::check_constant(&INSTANT_RADIOSITY_MERGE, "DEPTH_TOLERANCE", super::DEPTH_TOLERANCE)
+            .unwrap();
+    }
 }

@@ -18,7 +18,7 @@ pub use cuts::{MOST_VISITED, TILE_SIZE, gather_cuts, tailed};
 pub use emit::emit;
 pub use gather::{Lights, Parts, gather};
 pub use irsm::bounce_irsm;
-pub use merge::{DEPTH_TOLERANCE, History, merge};
+pub use merge::{History, merge};
 pub use movement::movement;
 pub use points::bounce_points;
 pub use shadow::{Maps, Open, Rays, Shadow};

@@ -29,3 +29,12 @@ pub fn summary(vpls: &[Vpl], per_bounce: u32, bound: f32, tail: bool) -> Summary
     let area = if weight > 0.0 { bound * area / weight } else { 0.0 };
     Summary { tail: Vec3::ONE / (Vec3::ONE - kept), area }
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    #[test]
+    fn the_largest_share_is_that_of_the_shader() {
+        use indirect_gpu::shaders::INSTANT_RADIOSITY_SUMMARY;
+        testkit::layout::check_constant(&INSTANT_RADIOSITY_SUMMARY, "MOST_KEPT", super::MOST_KEPT).unwrap();
+    }
+}
