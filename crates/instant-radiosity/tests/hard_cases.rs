@@ -103,11 +103,12 @@ fn no_pixel_is_far_brighter_than_the_brightest_of_the_truth() {
     let converged = Options { vpls: 4096, ..still(Options::default()) };
     let truth =
         most(&stage.run(&stage.setup(converged, Params::default()), 1, Output::default()).image.pixels);
-    for seed in 0..4 {
+    for seed in 0..8 {
         let setup = stage.setup(still(Options::default()), Params { seed, ..Params::default() });
         let found = most(&stage.run(&setup, 1, Output::default()).image.pixels);
         println!("{found} against {truth}");
-        assert!(found < 6.0 * truth, "{found} {truth}");
+        // Eight seeds gave 0.85 to 1.22 of it, 0.98 ± 0.12: five deviations.
+        assert!(found < 1.6 * truth, "{found} {truth}");
     }
 }
 
