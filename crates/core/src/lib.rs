@@ -32,6 +32,7 @@ pub mod math;
 pub mod octahedral;
 pub mod settings;
 pub mod solid_angle;
+pub mod sort;
 
 mod error;
 mod gbuffer;
