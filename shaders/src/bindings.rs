@@ -9,6 +9,77 @@ const fn at(group: u32, binding: u32, name: &'static str, kind: BindingKind) -> 
 
 #[rustfmt::skip]
 pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
+    EntryPoint { module: "SCAN", name: "scan_reduce", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "values", ReadWrite),
+    ] },
+    EntryPoint { module: "SCAN", name: "scan_blocks", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 3, "total", ReadWrite),
+    ] },
+    EntryPoint { module: "SCAN", name: "scan_spread", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "values", ReadWrite),
+    ] },
+    EntryPoint { module: "SCAN_INTO", name: "scan_reduce", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "values", Read),
+    ] },
+    EntryPoint { module: "SCAN_INTO", name: "scan_blocks", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 3, "total", ReadWrite),
+    ] },
+    EntryPoint { module: "SCAN_INTO", name: "scan_spread", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "values", Read),
+        at(0, 4, "scanned", ReadWrite),
+    ] },
+    EntryPoint { module: "COMPACT", name: "scan_reduce", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "flags", Read),
+    ] },
+    EntryPoint { module: "COMPACT", name: "scan_blocks", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 4, "count", ReadWrite),
+        at(0, 5, "compact", Uniform),
+    ] },
+    EntryPoint { module: "COMPACT", name: "scan_spread", workgroup_size: [256, 1, 1], bindings: &[
+        at(0, 0, "scan", Uniform),
+        at(0, 1, "block_sums", ReadWrite),
+        at(0, 2, "flags", Read),
+        at(0, 3, "destinations", ReadWrite),
+    ] },
+    EntryPoint { module: "RADIX_SORT", name: "sort_count", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "digit", Uniform),
+        at(0, 1, "count", Read),
+        at(0, 2, "keys", Read),
+        at(0, 4, "digit_counts", ReadWrite),
+    ] },
+    EntryPoint { module: "RADIX_SORT", name: "sort_scatter", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "digit", Uniform),
+        at(0, 1, "count", Read),
+        at(0, 2, "keys", Read),
+        at(0, 3, "payloads", Read),
+        at(0, 4, "digit_counts", ReadWrite),
+        at(0, 5, "sorted_keys", ReadWrite),
+        at(0, 6, "sorted_payloads", ReadWrite),
+    ] },
+    EntryPoint { module: "RADIX_SORT", name: "sort_copy", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "digit", Uniform),
+        at(0, 1, "count", Read),
+        at(0, 2, "keys", Read),
+        at(0, 3, "payloads", Read),
+        at(0, 5, "sorted_keys", ReadWrite),
+        at(0, 6, "sorted_payloads", ReadWrite),
+    ] },
     EntryPoint { module: "ACCEL_RAYS", name: "cast_closest", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "accel_nodes", Read),
         at(0, 1, "accel_triangles", Read),

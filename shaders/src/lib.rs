@@ -105,6 +105,14 @@ modules! {
     MAPPING = ["sampling/mapping.wgsl"] => [];
     /// Index of an invocation in a one-dimensional grid of any size; twin of `indirect_gpu::workgroups_1d`.
     GRID = ["core/grid.wgsl"] => [];
+    /// The sum of all values before each, in place; twin of `indirect_core::sort::exclusive_scan`.
+    SCAN = ["core/grid.wgsl", "sort/scan.wgsl", "sort/scan_in_place.wgsl"] => ["scan_reduce", "scan_blocks", "scan_spread"];
+    /// The same into a second buffer.
+    SCAN_INTO = ["core/grid.wgsl", "sort/scan.wgsl", "sort/scan_into.wgsl"] => ["scan_reduce", "scan_blocks", "scan_spread"];
+    /// Where elements that are kept go; twin of `indirect_core::sort::compact`.
+    COMPACT = ["core/grid.wgsl", "sort/scan.wgsl", "sort/compact.wgsl"] => ["scan_reduce", "scan_blocks", "scan_spread"];
+    /// A digit of a stable sort of pairs; twin of `indirect_core::sort::radix_sort_pairs`.
+    RADIX_SORT = ["core/grid.wgsl", "sort/radix.wgsl"] => ["sort_count", "sort_scatter", "sort_copy"];
     /// What rays hit, everything opaque; twin of `indirect_accel::FlatTree`.
     ACCEL_RAYS = [
         "core/grid.wgsl", "accel/layout.wgsl", "accel/traverse.wgsl", "accel/opaque.wgsl", "accel/rays.wgsl",
