@@ -2,6 +2,7 @@
 
 mod bindings;
 mod buffer;
+mod compact;
 mod context;
 mod error;
 mod kernel;
@@ -10,11 +11,14 @@ mod pass;
 mod pipelines;
 mod plan;
 mod raster;
+mod scan;
 mod scene;
+mod sort;
 mod timer;
 
 pub use bindings::{Named, bind_group, bind_group_layout, named};
 pub use buffer::{empty_storage_buffer, read_buffer, read_range, storage_buffer, uniform_buffer};
+pub use compact::{Compact, CompactBuffers};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
 pub use indirect_core::PassTime;
@@ -25,6 +29,8 @@ pub use pass::{Pass, Use};
 pub use pipelines::Pipelines;
 pub use plan::Plan;
 pub use raster::{GBufferTarget, Raster};
+pub use scan::{Scan, ScanBuffers};
 pub use scene::{SceneBuffers, scene_layout};
+pub use sort::{RadixSort, SortBuffers, SortSizes};
 pub use timer::PassTimer;
 pub use wgpu;
