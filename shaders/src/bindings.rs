@@ -251,6 +251,23 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 5, "history", Read),
         at(0, 6, "smoothed", ReadWrite),
     ] },
+    EntryPoint { module: "PHOTONS_EMIT", name: "emit_photons", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "photon_settings", Uniform),
+        at(0, 1, "emitters", Read),
+        at(0, 2, "photon_lights", Read),
+        at(0, 3, "photons", ReadWrite),
+    ] },
+    EntryPoint { module: "PHOTONS_TRACE", name: "trace_photons", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "scene_vertices", Read),
+        at(0, 1, "scene_triangles", Read),
+        at(0, 2, "scene_materials", Read),
+        at(0, 3, "scene_texels", Read),
+        at(0, 4, "scene_info", Uniform),
+        at(1, 0, "photon_settings", Uniform),
+        at(1, 1, "accel_nodes", Read),
+        at(1, 2, "accel_triangles", Read),
+        at(1, 3, "photons", ReadWrite),
+    ] },
     EntryPoint { module: "INSTANT_RADIOSITY_EMIT", name: "emit", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),
         at(0, 1, "emitters", Read),

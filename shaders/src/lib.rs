@@ -113,6 +113,8 @@ modules! {
     COMPACT = ["core/grid.wgsl", "sort/scan.wgsl", "sort/compact.wgsl"] => ["scan_reduce", "scan_blocks", "scan_spread"];
     /// A digit of a stable sort of pairs; twin of `indirect_core::sort::radix_sort_pairs`.
     RADIX_SORT = ["core/grid.wgsl", "sort/radix.wgsl"] => ["sort_count", "sort_scatter", "sort_copy"];
+    /// Directions about a normal and origins of rays; twin of `indirect_core::math`.
+    RAY = ["core/ray.wgsl"] => [];
     /// What rays hit, everything opaque; twin of `indirect_accel::FlatTree`.
     ACCEL_RAYS = [
         "core/grid.wgsl", "accel/layout.wgsl", "accel/traverse.wgsl", "accel/opaque.wgsl", "accel/rays.wgsl",
@@ -153,16 +155,26 @@ modules! {
     FILTER_SHADE = ["core/grid.wgsl", "filter/shade.wgsl"] => ["shade"];
     /// Irradiance blended with that of the frames before; twin of `indirect_filter::cpu::smooth`.
     FILTER_SMOOTH = ["core/grid.wgsl", "core/view.wgsl", "filter/smooth.wgsl"] => ["smooth_pixels"];
+    /// Photons where light starts; twin of `photon_tracing::cpu::emit`.
+    PHOTONS_EMIT = [
+        "core/grid.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl", "sampling/mapping.wgsl",
+        "photons/sources.wgsl", "photons/emitters.wgsl", "photons/layout.wgsl", "photons/emit.wgsl",
+    ] => ["emit_photons"];
+    /// A flight of photons and their reflection; twin of `photon_tracing::cpu::trace`.
+    PHOTONS_TRACE = [
+        "core/grid.wgsl", "core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl", "core/ray.wgsl", "sampling/rng.wgsl",
+        "sampling/mapping.wgsl", "accel/layout.wgsl", "accel/traverse.wgsl", "accel/masked.wgsl", "photons/layout.wgsl",
+        "photons/trace.wgsl",
+    ] => ["trace_photons"];
     /// Virtual lights on emissive triangles; twin of `instant_radiosity::cpu::emit`.
     INSTANT_RADIOSITY_EMIT = [
-        "core/grid.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl", "instant_radiosity/layout.wgsl",
-        "instant_radiosity/emit.wgsl",
+        "core/grid.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl", "photons/sources.wgsl",
+        "photons/emitters.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/emit.wgsl",
     ] => ["emit"];
     /// Virtual lights of the next bounce; twin of `instant_radiosity::cpu::bounce_rays`.
     INSTANT_RADIOSITY_BOUNCE = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
-        "accel/layout.wgsl",
-        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl",
+        "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
         "instant_radiosity/footprint.wgsl", "instant_radiosity/bounce.wgsl",
     ] => ["bounce_rays"];
     /// What virtual lights have in common; twin of `instant_radiosity::cpu::summary`.
@@ -171,9 +183,10 @@ modules! {
     ] => ["summarise"];
     /// Irradiance of a pixel's part of the virtual lights, with rays; twin of `instant_radiosity::cpu::gather`.
     INSTANT_RADIOSITY_GATHER = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl",
-        "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_rays.wgsl",
-        "instant_radiosity/lights.wgsl", "instant_radiosity/gather_rays.wgsl", "instant_radiosity/gather.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
+        "instant_radiosity/shadow_rays.wgsl", "instant_radiosity/lights.wgsl", "instant_radiosity/gather_rays.wgsl",
+        "instant_radiosity/gather.wgsl",
     ] => ["gather"];
     /// The same without visibility.
     INSTANT_RADIOSITY_GATHER_OPEN = [
@@ -193,8 +206,8 @@ modules! {
     ] => ["tailed_lights"];
     /// Irradiance of a tile's cut through the tree over all virtual lights, with rays; twin of `instant_radiosity::cpu::gather_cuts`.
     INSTANT_RADIOSITY_CUTS = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl", "rsm/branch.wgsl",
-        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "rsm/weight.wgsl",
+        "rsm/branch.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl",
         "instant_radiosity/shadow_rays.wgsl", "instant_radiosity/lights.wgsl", "instant_radiosity/gather_rays.wgsl",
         "instant_radiosity/cuts.wgsl",
     ] => ["gather_cuts"];
@@ -212,29 +225,29 @@ modules! {
     ] => ["gather_cuts"];
     /// What bounding virtual lights removes; twin of `instant_radiosity::cpu::compensate`.
     INSTANT_RADIOSITY_COMPENSATE = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
-        "accel/layout.wgsl",
-        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_rays.wgsl",
-        "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl",
+        "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "photons/sources.wgsl",
+        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_rays.wgsl", "instant_radiosity/lights.wgsl",
+        "instant_radiosity/compensate.wgsl",
     ] => ["compensate"];
     /// The same where nothing stands between virtual lights and the ends of paths.
     INSTANT_RADIOSITY_COMPENSATE_OPEN = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
-        "accel/layout.wgsl",
-        "accel/opaque.wgsl", "accel/traverse.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_open.wgsl",
-        "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl",
+        "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "photons/sources.wgsl",
+        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_open.wgsl", "instant_radiosity/lights.wgsl",
+        "instant_radiosity/compensate.wgsl",
     ] => ["compensate"];
     /// The same with imperfect shadow maps.
     INSTANT_RADIOSITY_COMPENSATE_MAPS = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl",
-        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl", "ism/query.wgsl",
-        "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl", "instant_radiosity/lights.wgsl",
-        "instant_radiosity/compensate.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl",
+        "rsm/layout.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl",
+        "ism/query.wgsl", "photons/sources.wgsl", "instant_radiosity/layout.wgsl", "instant_radiosity/shadow_maps.wgsl",
+        "instant_radiosity/lights.wgsl", "instant_radiosity/compensate.wgsl",
     ] => ["compensate"];
     /// Virtual lights of the next bounce among points of the scene; twin of `instant_radiosity::cpu::bounce_points`.
     INSTANT_RADIOSITY_POINTS = [
-        "core/grid.wgsl", "core/form_factor.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl", "accel/layout.wgsl",
-        "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl", "instant_radiosity/layout.wgsl",
+        "core/grid.wgsl", "core/form_factor.wgsl", "core/ray.wgsl", "sampling/rng.wgsl", "rsm/layout.wgsl",
+        "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "ism/layout.wgsl", "instant_radiosity/layout.wgsl",
         "instant_radiosity/footprint.wgsl", "instant_radiosity/points.wgsl",
     ] => ["bounce_points"];
     /// Where pixels' surfaces were in the frame before; twin of `instant_radiosity::cpu::movement`.

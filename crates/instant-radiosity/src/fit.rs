@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
 use indirect_core::{Light, LightKind, Scene, math};
-use indirect_sampling::mapping::triangle_uniform;
 use indirect_sampling::rng::hash_combine;
+use photon_tracing::{Emitters, solid_mean};
 
-use crate::layout::{Emitter, PointChoice, TriangleSurface};
+use crate::layout::{PointChoice, TriangleSurface};
 use crate::settings::{Bounce, Options};
 use crate::setup::{Fitted, Setup};
 
@@ -70,9 +69,6 @@ pub(crate) struct BounceRun {
     pub(crate) bounce: u32,
 }
 
-/// Samples per side of a textured triangle over which emission and albedo are averaged.
-const SAMPLES: u32 = 4;
-
 impl Fitted {
     /// Looks at the scene once.
     #[must_use]
@@ -99,45 +95,13 @@ impl Fitted {
         let (scene, unit) = (accel.scene(), accel.unit());
         let mesh = &scene.mesh;
         let area = (0..mesh.triangles.len() as u32).map(|t| f64::from(mesh.area(t))).sum::<f64>() as f32;
-        let (mut emitters, mut emitted) = (Vec::new(), 0.0_f64);
-        for (t, &m) in (0..).zip(&mesh.materials) {
-            let material = &scene.materials[m as usize];
-            if !material.is_emissive() {
-                continue;
-            }
-            let radiance = mean_emission(scene, t);
-            let sides = if material.double_sided { 2.0 } else { 1.0 };
-            let flux = f64::from(math::luminance(radiance))
-                * f64::from(mesh.area(t))
-                * sides
-                * core::f64::consts::PI;
-            if flux <= 0.0 || !flux.is_finite() {
-                continue;
-            }
-            emitted += flux;
-            let [a, b, c] = mesh.corners(t);
-            let two_sided = u32::from(material.double_sided);
-            emitters.push(Emitter {
-                corner: a,
-                upto: emitted as f32,
-                edge_u: b - a,
-                two_sided,
-                edge_v: c - a,
-                pad0: 0,
-                radiance,
-                pad1: 0,
-            });
-        }
-        let total = emitted as f32;
-        for e in &mut emitters {
-            e.upto = (f64::from(e.upto) / emitted) as f32;
-        }
-        let from_emitters = Self::share(total, scene, options, unit);
+        let Emitters { triangles: emitters, luminance: emitted, .. } = Emitters::new(scene);
+        let from_emitters = Self::share(emitted, scene, options, unit);
         let surfaces = (0..mesh.triangles.len() as u32).map(|t| surface(scene, t)).collect();
         let follows = options.motion.is_on() && options.has_history();
         Self {
             emitters: Arc::new(emitters),
-            emitted: total,
+            emitted,
             from_emitters,
             surfaces: Arc::new(surfaces),
             places: Arc::default(),
@@ -194,27 +158,6 @@ impl Fitted {
     }
 }
 
-/// The mean of `at(u, v)` over the solid parts of a triangle.
-fn mean(scene: &Scene, triangle: u32, at: impl Fn(f32, f32) -> Vec3) -> (Vec3, f32) {
-    let n = SAMPLES;
-    let (mut sum, mut solid) = (Vec3::ZERO, 0.0);
-    for i in 0..n * n {
-        let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-        let b = triangle_uniform(u);
-        if scene.is_solid(triangle, b.x, b.y) {
-            sum += at(b.x, b.y);
-            solid += 1.0;
-        }
-    }
-    (if solid > 0.0 { sum / solid } else { Vec3::ZERO }, solid / (n * n) as f32)
-}
-
-/// Mean emitted radiance of a triangle, the holes of its alpha test counted as 0.
-fn mean_emission(scene: &Scene, triangle: u32) -> Vec3 {
-    let (radiance, solid) = mean(scene, triangle, |u, v| scene.emission(triangle, u, v));
-    radiance * solid
-}
-
 fn surface(scene: &Scene, triangle: u32) -> TriangleSurface {
     let mesh = &scene.mesh;
     let material = &scene.materials[mesh.materials[triangle as usize] as usize];
@@ -222,7 +165,7 @@ fn surface(scene: &Scene, triangle: u32) -> TriangleSurface {
         || material.metallic_roughness_texture.is_some()
         || !mesh.colors.is_empty();
     let albedo = if varies {
-        mean(scene, triangle, |u, v| scene.albedo(triangle, u, v)).0
+        solid_mean(scene, triangle, |u, v| scene.albedo(triangle, u, v)).0
     } else {
         scene.albedo(triangle, 0.25, 0.25)
     };

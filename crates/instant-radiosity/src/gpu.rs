@@ -7,7 +7,6 @@ use glam::{Vec2, Vec4};
 use imperfect_shadow_maps::gpu::Atlas;
 use indirect_accel::gpu::{AccelBuffers, TreeSizes};
 use indirect_core::settings::{BadOption, Settings};
-use indirect_core::{Light, LightKind};
 use indirect_gpu::shaders::{
     INSTANT_RADIOSITY_BOUNCE, INSTANT_RADIOSITY_COMPENSATE, INSTANT_RADIOSITY_COMPENSATE_MAPS,
     INSTANT_RADIOSITY_COMPENSATE_OPEN, INSTANT_RADIOSITY_CUTS, INSTANT_RADIOSITY_CUTS_MAPS,
@@ -18,6 +17,7 @@ use indirect_gpu::shaders::{
 };
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{GpuError, Named, Pass, Plan, Vec3Pad, ViewUniform, buffers, named, uniform_buffer};
+use photon_tracing::{Emitter, PunctualLight};
 use rsm::gpu::{LightTree, Maps, TreeParams, VplSlots};
 use rsm::{Error, Selection, TILE, Vpl};
 
@@ -25,9 +25,7 @@ use indirect_technique::gpu::{Data, Exchange};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
 use crate::cpu::{Parts, TILE_SIZE};
-use crate::layout::{
-    BounceRange, Emitter, FrameSettings, LightRange, PointChoice, PunctualLight, Summary, TriangleSurface,
-};
+use crate::layout::{BounceRange, FrameSettings, LightRange, PointChoice, Summary, TriangleSurface};
 use crate::output::{InstantRadiosity, Output};
 use crate::sequence::{Use, points};
 use crate::settings::{Bounce, Options, Visibility};
@@ -276,27 +274,6 @@ impl Buffers {
     }
 }
 
-fn punctual(light: &Light) -> PunctualLight {
-    let l = PunctualLight {
-        power: light.power,
-        cos_outer: -2.0,
-        spot_scale: 1.0,
-        inverse_range: light.range.map_or(0.0, |r| 1.0 / r),
-        ..PunctualLight::default()
-    };
-    match light.kind {
-        LightKind::Directional { direction } => PunctualLight { place: direction, directional: 1, ..l },
-        LightKind::Point { position } => PunctualLight { place: position, ..l },
-        LightKind::Spot { position, direction, inner_angle, outer_angle } => PunctualLight {
-            place: position,
-            axis: direction,
-            cos_outer: outer_angle.cos(),
-            spot_scale: 1.0 / (inner_angle.cos() - outer_angle.cos()).max(0.001),
-            ..l
-        },
-    }
-}
-
 impl GpuTechnique for InstantRadiosity {
     fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
         Sizes { size, pixels: u64::from(size[0]) * u64::from(size[1]), maps, setup: setup.clone() }
@@ -386,7 +363,7 @@ impl GpuTechnique for InstantRadiosity {
         }
         b.write_movement(queue);
         let lights: Vec<_> =
-            inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(punctual).collect();
+            inputs.lights.iter().filter(|l| l.power.max_element() > 0.0).map(PunctualLight::new).collect();
         let lights = &lights[..lights.len().min(LIGHTS)];
         queue.write_buffer(&b.own.punctual_lights, 0, bytemuck::cast_slice(lights));
         b.lights = lights.len() as u32;

@@ -3,29 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-indirect_core::wgsl_struct! {
-    /// An emissive triangle. 64 bytes.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-    pub struct Emitter = "Emitter" {
-        /// A corner, metres.
-        pub corner: Vec3,
-        /// Share of the flux of all emitters up to this one and with it, `(0, 1]`.
-        pub upto: f32,
-        /// From the corner to the next, metres.
-        pub edge_u: Vec3,
-        /// 1 where the back emits too.
-        pub two_sided: u32,
-        /// From the corner to the last, metres.
-        pub edge_v: Vec3,
-        /// Fills the row.
-        pub pad0: u32,
-        /// Mean emitted radiance, W/(sr·m²).
-        pub radiance: Vec3,
-        /// Fills the row.
-        pub pad1: u32,
-    }
-}
-
 impl TriangleSurface {
     /// The normal of the side that a ray along `direction` meets.
     #[must_use]
@@ -64,24 +41,6 @@ indirect_core::wgsl_struct! {
         pub albedo: Vec3,
         /// Fills the row.
         pub pad1: f32,
-    }
-}
-
-#[cfg(feature = "gpu")]
-indirect_core::wgsl_struct! {
-    /// A punctual light.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-    pub(crate) struct PunctualLight = "PunctualLight" {
-        pub(crate) place: Vec3,
-        pub(crate) directional: u32,
-        pub(crate) axis: Vec3,
-        pub(crate) cos_outer: f32,
-        pub(crate) power: Vec3,
-        pub(crate) spot_scale: f32,
-        pub(crate) inverse_range: f32,
-        pub(crate) pad0: u32,
-        pub(crate) pad1: u32,
-        pub(crate) pad2: u32,
     }
 }
 
@@ -176,13 +135,13 @@ mod tests {
 
     #[test]
     fn structs_lie_in_memory_as_in_wgsl() {
-        check::<Emitter>(&INSTANT_RADIOSITY_EMIT).unwrap();
+        check::<photon_tracing::Emitter>(&INSTANT_RADIOSITY_EMIT).unwrap();
         check::<TriangleSurface>(&INSTANT_RADIOSITY_BOUNCE).unwrap();
         check::<BounceRange>(&INSTANT_RADIOSITY_BOUNCE).unwrap();
         check::<PointChoice>(&INSTANT_RADIOSITY_POINTS).unwrap();
         check::<Summary>(&INSTANT_RADIOSITY_SUMMARY).unwrap();
         check::<LightRange>(&INSTANT_RADIOSITY_GATHER).unwrap();
-        check::<PunctualLight>(&INSTANT_RADIOSITY_COMPENSATE).unwrap();
+        check::<photon_tracing::PunctualLight>(&INSTANT_RADIOSITY_COMPENSATE).unwrap();
         check::<FrameSettings>(&INSTANT_RADIOSITY_MERGE).unwrap();
     }
 }

@@ -1,8 +1,9 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use photon_tracing::Emitter;
 
-use crate::layout::{Emitter, TriangleSurface};
+use crate::layout::TriangleSurface;
 use crate::settings::{Options, Params};
 
 /// All settings, and what was fitted to the scene.

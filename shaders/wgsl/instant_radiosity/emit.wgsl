@@ -20,38 +20,11 @@ fn emit(
 }
 
 fn emit_at(u: vec2<f32>) -> Vpl {
-    let count = arrayLength(&emitters);
-    // The first whose share reaches u.x.
-    var low = 0u;
-    var high = count;
-    while low < high {
-        let middle = (low + high) / 2u;
-        if emitters[middle].upto <= u.x {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    let i = min(low, count - 1u);
-    let e = emitters[i];
-    var before = 0.0;
-    if i > 0u {
-        before = emitters[i - 1u].upto;
-    }
-    // What is left of u.x within the triangle's share chooses the side, then the point.
-    var x = clamp((u.x - before) / max(e.upto - before, 1.1754944e-38), 0.0, 0.99999994);
-    var turn = 1.0;
-    if e.two_sided == 1u {
-        x *= 2.0;
-        if x >= 1.0 {
-            x -= 1.0;
-            turn = -1.0;
-        }
-    }
-    let b = triangle_uniform(vec2(x, u.y));
-    let normal = normalize(cross(e.edge_u, e.edge_v)) * turn;
+    let chosen = emitter_pick(arrayLength(&emitters), u.x);
+    let e = emitters[chosen.index];
+    let at = emitter_point(e, vec2(chosen.x, u.y));
     let share = settings.emitted / f32(settings.from_emitters);
     let flux = e.radiance * (share / luminance(e.radiance));
     let area = share / (3.14159265358979 * luminance(e.radiance));
-    return Vpl(e.corner + e.edge_u * b.x + e.edge_v * b.y, area, normal, 0.0, flux, 0.0);
+    return Vpl(at.position, area, at.normal, 0.0, flux, 0.0);
 }

@@ -1,19 +1,6 @@
 // Data of instant radiosity.
 // Twin: crates/instant-radiosity/src/layout.rs.
 
-/// An emissive triangle.
-struct Emitter {
-    corner: vec3<f32>,
-    /// Share of the flux of all emitters up to this one and with it.
-    upto: f32,
-    edge_u: vec3<f32>,
-    two_sided: u32,
-    edge_v: vec3<f32>,
-    pad0: u32,
-    radiance: vec3<f32>,
-    pad1: u32,
-}
-
 /// A triangle of the scene as light leaves it.
 struct TriangleSurface {
     /// Unit normal of its front.
@@ -29,23 +16,6 @@ struct Summary {
     tail: vec3<f32>,
     /// Area that bounds the light of each near by, m².
     area: f32,
-}
-
-/// A punctual light.
-struct PunctualLight {
-    /// Position; of a directional light, its unit direction of travel.
-    place: vec3<f32>,
-    /// 1 for a directional light.
-    directional: u32,
-    axis: vec3<f32>,
-    /// Cosine of a spot's outer angle; −2 for any other light.
-    cos_outer: f32,
-    power: vec3<f32>,
-    spot_scale: f32,
-    inverse_range: f32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
 }
 
 /// A frame and its settings.
@@ -102,21 +72,6 @@ struct FrameSettings {
 }
 
 const FRAC_1_PI: f32 = 0.318309886183791;
-
-/// Two unit vectors that complete the unit vector n to a basis (Duff et al. 2017, JCGT 6(1)).
-fn to_world(l: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
-    let s = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (s + n.z);
-    let b = n.x * n.y * a;
-    let t = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
-    let u = vec3(b, s + n.y * n.y * a, -n.y);
-    return t * l.x + u * l.y + n * l.z;
-}
-
-/// Twin of indirect_core::math::offset_ray_origin_scaled.
-fn offset_ray_origin(p: vec3<f32>, n: vec3<f32>, unit: f32) -> vec3<f32> {
-    return p + n * (unit * (1.0 / 131072.0) + dot(abs(n), abs(p)) * (1.0 / 1048576.0));
-}
 
 /// A number in [0, 1) that belongs to a pixel, a seed of the frame and a use of it.
 fn pixel_number(pixel: u32, seed: u32, salt: u32) -> f32 {
