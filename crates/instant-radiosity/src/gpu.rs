@@ -21,7 +21,6 @@ use photon_tracing::{Emitter, PunctualLight};
 use rsm::gpu::{LightTree, Maps, TreeParams, VplSlots};
 use rsm::{Error, Selection, TILE, Vpl};
 
-use indirect_technique::gpu::{Data, Exchange};
 pub use indirect_technique::gpu::{GpuTechnique, Inputs};
 
 use crate::cpu::{Parts, TILE_SIZE};
@@ -497,15 +496,4 @@ pub(crate) fn merge(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
         pass.copy("previous_view", (&own.present_view, 0), (&own.previous_view, 0), bytes);
     }
     Ok(())
-}
-
-/// Compares pixels where both backends asked the same lights and got the same answers; the others are counted.
-pub(crate) fn exchange_gathered(b: &Buffers, gathered: &mut [Vec4], x: &mut Exchange<'_>) {
-    let found: Vec<Vec4> = x.read(&b.own.image, 0, gathered.len());
-    let same = gathered.iter().zip(&found).map(|(cpu, gpu)| cpu.w == gpu.w).collect();
-    let light = |v: &[Vec4]| v.iter().map(|e| e.truncate().to_array()).collect::<Vec<_>>();
-    x.same(Some(same));
-    x.compare("irradiance", Data::floats(&light(gathered), 3), Data::floats(&light(&found), 3));
-    x.floats("choices", &b.own.image, gathered, 4);
-    x.same(None);
 }

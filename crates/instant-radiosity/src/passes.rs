@@ -232,14 +232,14 @@ impl Technique for InstantRadiosity {
                     times: |_| 1,
                     cpu: |f, o, _| o.gathered = gather(f, o),
                     gpu: |b, pass, _| gpu::gather(b, pass),
-                    data: |b, o, x, _| gpu::exchange_gathered(b, &mut o.gathered, x),
+                    data: |b, o, x, _| x.vectors_by_choice("irradiance", &b.own.image, &mut o.gathered),
                 },
                 Row {
                     name: "compensate",
                     times: |s| s.options.compensate.is_on().into(),
                     cpu: |f, o, _| compensate(f, o),
                     gpu: |b, pass, _| gpu::compensate(b, pass),
-                    data: |b, o, x, _| gpu::exchange_gathered(b, &mut o.gathered, x),
+                    data: |b, o, x, _| x.vectors_by_choice("irradiance", &b.own.image, &mut o.gathered),
                 },
                 Row {
                     name: "movement",

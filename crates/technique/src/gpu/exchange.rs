@@ -1,5 +1,5 @@
 use bytemuck::Pod;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use indirect_core::layout::{Field, Layout, Number};
 use indirect_core::{GBuffer, Image};
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
@@ -168,14 +168,25 @@ impl<'a> Exchange<'a> {
 
     /// Structs from element `first` on, compared field by field.
     pub fn elements<T: Layout + Pod>(&mut self, name: &str, buffer: &Buffer, first: usize, cpu: &mut [T]) {
-        self.carry(buffer, first, cpu, |x, cpu, gpu| {
-            for field in T::FIELDS.iter().filter(|f| !f.is_padding()) {
-                if let (Some(cpu), Some(gpu)) = (Data::field(cpu, field), Data::field(gpu, field)) {
-                    let space = if name.is_empty() { "" } else { " " };
-                    x.compare(&format!("{name}{space}{}", field.name.replace('_', " ")), cpu, gpu);
-                }
+        self.carry(buffer, first, cpu, |x, cpu, gpu| x.compare_elements(name, cpu, gpu));
+    }
+
+    /// [`Self::compare`] for structs that the caller arranged, field by field.
+    pub fn compare_elements<T: Layout + Pod>(&mut self, name: &str, cpu: &[T], gpu: &[T]) {
+        for field in T::FIELDS.iter().filter(|f| !f.is_padding()) {
+            if let (Some(cpu), Some(gpu)) = (Data::field(cpu, field), Data::field(gpu, field)) {
+                let space = if name.is_empty() { "" } else { " " };
+                self.compare(&format!("{name}{space}{}", field.name.replace('_', " ")), cpu, gpu);
             }
-        });
+        }
+    }
+
+    /// Takes over a list that was compared already, whose length is the first word of `count`.
+    pub fn take_list<T: Pod + Default>(&mut self, count: &Buffer, buffer: &Buffer, cpu: &mut Vec<T>) {
+        if self.mode != Mode::Compare {
+            self.length(count, 0, cpu);
+            self.carry(buffer, 0, cpu, |_, _, _| {});
+        }
     }
 
     /// Floats, `components` to a compared element.
@@ -224,6 +235,17 @@ impl<'a> Exchange<'a> {
         if self.mode == Mode::Download {
             cpu.iter_mut().zip(&padded).for_each(|(v, p)| *v = p.vec3());
         }
+    }
+
+    /// Vectors with a fourth number that differs where the two sides made other choices: the vectors are compared where it agrees, and
+    /// those where it does not are counted.
+    pub fn vectors_by_choice(&mut self, name: &str, buffer: &Buffer, cpu: &mut [Vec4]) {
+        let found: Vec<Vec4> = self.read(buffer, 0, cpu.len());
+        let before = self.same.replace(cpu.iter().zip(&found).map(|(c, g)| c.w == g.w).collect());
+        let vectors = |v: &[Vec4]| v.iter().map(|e| e.truncate().to_array()).collect::<Vec<_>>();
+        self.compare(name, Data::floats(&vectors(cpu), 3), Data::floats(&vectors(&found), 3));
+        self.floats("choices", buffer, cpu, 4);
+        self.same = before;
     }
 
     /// An image that the GPU holds row by row.
