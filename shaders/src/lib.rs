@@ -166,6 +166,56 @@ modules! {
         "sampling/mapping.wgsl", "accel/layout.wgsl", "accel/traverse.wgsl", "accel/masked.wgsl", "photons/layout.wgsl",
         "photons/trace.wgsl",
     ] => ["trace_photons"];
+    /// Photons that a surface has just reflected, with their cells; twin of `sh_grid_raytracer::cpu::Store`.
+    SH_GRID_STORE = [
+        "core/grid.wgsl", "core/ray.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl", "photons/layout.wgsl",
+        "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/cells.wgsl", "sh_grid_raytracer/store.wgsl",
+    ] => ["store_cells", "store_append"];
+    /// Stored photons by their cells; twin of `sh_grid_raytracer::cpu::{sort, runs}`.
+    SH_GRID_SORT = [
+        "core/grid.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/sort.wgsl",
+    ] => ["no_photons", "sort_keys", "run_marks", "run_begins"];
+    /// The R-grid; twin of `sh_grid_raytracer::cpu::{radiance, levels}`.
+    SH_GRID_RADIANCE = [
+        "core/grid.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/radiance.wgsl",
+    ] => ["sum_runs", "sum_cells", "sum_level"];
+    /// Spherical harmonics at the active cells; twin of `sh_grid_raytracer::cpu::field`.
+    SH_GRID_FIELD = [
+        "core/grid.wgsl", "core/octahedral.wgsl", "sh/sh.wgsl", "sampling/rng.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl",
+        "accel/traverse.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/cells.wgsl", "sh_grid_raytracer/lookup.wgsl",
+        "sh_grid_raytracer/look_rays.wgsl", "sh_grid_raytracer/basis.wgsl", "sh_grid_raytracer/field_rays.wgsl",
+        "sh_grid_raytracer/field.wgsl",
+    ] => ["field"];
+    /// The same with rays through the grids; twin of `sh_grid_raytracer::cpu::first_voxel` besides.
+    SH_GRID_FIELD_VOXELS = [
+        "core/grid.wgsl", "core/octahedral.wgsl", "sh/sh.wgsl", "sampling/rng.wgsl", "sh_grid_raytracer/layout.wgsl",
+        "sh_grid_raytracer/lookup.wgsl", "sh_grid_raytracer/look_voxels.wgsl", "sh_grid_raytracer/basis.wgsl",
+        "sh_grid_raytracer/field_voxels.wgsl", "sh_grid_raytracer/field.wgsl",
+    ] => ["field"];
+    /// Irradiance of the pixels from the field; twin of `sh_grid_raytracer::cpu::{gather, gather_samples}`.
+    SH_GRID_GATHER = [
+        "core/grid.wgsl", "core/ray.wgsl", "sh/sh.wgsl", "sampling/rng.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl",
+        "accel/traverse.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/basis.wgsl",
+        "sh_grid_raytracer/visible_rays.wgsl", "sh_grid_raytracer/interpolate.wgsl", "sh_grid_raytracer/gather.wgsl",
+    ] => ["gather", "gather_samples"];
+    /// The same without asking what is between pixels and cells.
+    SH_GRID_GATHER_OPEN = [
+        "core/grid.wgsl", "sh/sh.wgsl", "sampling/rng.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/basis.wgsl",
+        "sh_grid_raytracer/visible_open.wgsl", "sh_grid_raytracer/interpolate.wgsl", "sh_grid_raytracer/gather.wgsl",
+    ] => ["gather", "gather_samples"];
+    /// Irradiance of the pixels by rays to the R-grid; twin of `sh_grid_raytracer::cpu::gather_final`.
+    SH_GRID_FINAL = [
+        "core/grid.wgsl", "core/ray.wgsl", "core/octahedral.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl",
+        "sampling/mapping.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl",
+        "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/cells.wgsl", "sh_grid_raytracer/lookup.wgsl",
+        "sh_grid_raytracer/look_rays.wgsl", "sh_grid_raytracer/final_rays.wgsl", "sh_grid_raytracer/final.wgsl",
+    ] => ["gather_final"];
+    /// The same with rays through the grids.
+    SH_GRID_FINAL_VOXELS = [
+        "core/grid.wgsl", "core/ray.wgsl", "core/octahedral.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl",
+        "sampling/mapping.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/lookup.wgsl",
+        "sh_grid_raytracer/look_voxels.wgsl", "sh_grid_raytracer/final_voxels.wgsl", "sh_grid_raytracer/final.wgsl",
+    ] => ["gather_final"];
     /// Virtual lights on emissive triangles; twin of `instant_radiosity::cpu::emit`.
     INSTANT_RADIOSITY_EMIT = [
         "core/grid.wgsl", "sampling/rng.wgsl", "sampling/mapping.wgsl", "rsm/layout.wgsl", "photons/sources.wgsl",

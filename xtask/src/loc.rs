@@ -14,7 +14,7 @@ struct Part {
     files: &'static [&'static str],
 }
 
-const PARTS: [Part; 6] = [
+const PARTS: [Part; 8] = [
     Part { name: "rsm", folders: &["crates/rsm/src", "shaders/wgsl/rsm"], files: &[] },
     Part {
         name: "rsm-gather",
@@ -37,14 +37,41 @@ const PARTS: [Part; 6] = [
         files: &["xtask/src/technique/instant_radiosity.rs"],
     },
     Part {
+        name: "photon-tracing",
+        folders: &["crates/photon-tracing/src", "shaders/wgsl/photons"],
+        files: &[],
+    },
+    Part {
+        name: "sh-grid-raytracer",
+        folders: &["crates/sh-grid-raytracer/src", "shaders/wgsl/sh_grid_raytracer"],
+        files: &["xtask/src/technique/sh_grid.rs"],
+    },
+    Part {
         name: "shared by all",
-        folders: &["crates/technique/src", "crates/filter/src", "crates/gpu/src", "shaders/wgsl/filter"],
+        folders: &[
+            "crates/technique/src",
+            "crates/filter/src",
+            "crates/gpu/src",
+            "shaders/wgsl/filter",
+            "shaders/wgsl/sort",
+        ],
         files: &[],
     },
 ];
 
 /// Files that compute although they lie beside the passes.
-const ALGORITHM: [&str; 5] = ["views.rs", "volume.rs", "levels.rs", "fit.rs", "sequence.rs"];
+const ALGORITHM: [&str; 10] = [
+    "views.rs",
+    "volume.rs",
+    "levels.rs",
+    "fit.rs",
+    "sequence.rs",
+    "grid.rs",
+    "overlap.rs",
+    "pyramid.rs",
+    "voxeliser.rs",
+    "voxels.rs",
+];
 
 pub(crate) fn run() -> Outcome {
     say(

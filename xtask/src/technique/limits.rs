@@ -176,3 +176,4 @@ for_technique!(gather, rsm_gather::RsmGather);
 for_technique!(hints, radiance_hints::RadianceHints);
 for_technique!(radiosity, image_space_radiosity::ImageSpaceRadiosity);
 for_technique!(instant, instant_radiosity::InstantRadiosity);
+for_technique!(sh_grid, sh_grid_raytracer::ShGridRaytracer);

@@ -15,6 +15,7 @@ mod registry;
 mod renderer;
 mod rsm_gather;
 mod settings;
+mod sh_grid;
 
 pub(crate) use frames::measure;
 pub(crate) use model::{Backend, Bytes, Notes, Pass, Renderer, Technique, Transport};

@@ -38,6 +38,28 @@ pub(super) fn of_lights_and_emitters(profile: &SceneProfile) -> Notes {
     notes
 }
 
+/// The same for a technique whose light is carried by photons.
+pub(super) fn of_photons(profile: &SceneProfile) -> Notes {
+    let mut notes = Notes::default();
+    let sources = [
+        (profile.directional_lights, "directional light", ", as far as the scene's bounds reach"),
+        (profile.spot_lights, "spot light", ""),
+        (profile.point_lights, "point light", ""),
+        (profile.emissive_triangles, "emissive triangle", ""),
+    ];
+    for (count, kind, how) in sources.into_iter().filter(|(count, ..)| *count > 0) {
+        notes.modelled.push(format!("photons of {count} {kind}{}{how}", plural(count)));
+    }
+    if profile.textured {
+        notes.modelled.push("textured albedo, where photons are reflected and at camera texels".into());
+    }
+    if profile.alpha_masked {
+        notes.modelled.push("alpha masks, on the way of photons and in camera views".into());
+    }
+    of_gloss(profile, &mut notes);
+    notes
+}
+
 fn of_maps(profile: &SceneProfile) -> Notes {
     let mut notes = Notes::default();
     let maps = [
@@ -58,6 +80,10 @@ fn of_materials(profile: &SceneProfile, notes: &mut Notes) {
     if profile.alpha_masked {
         notes.modelled.push("alpha masks, in camera and light views".into());
     }
+    of_gloss(profile, notes);
+}
+
+fn of_gloss(profile: &SceneProfile, notes: &mut Notes) {
     if profile.glossy_triangles > 0 {
         notes.skipped.push(format!(
             "gloss of {} triangle{}: all surfaces reflect diffusely",

@@ -9,6 +9,7 @@ use super::model::{Backend, Technique};
 use super::radiance_hints::Hints;
 use super::reference;
 use super::rsm_gather::Gather;
+use super::sh_grid::ShGrid;
 use crate::failure::{Failure, Outcome};
 
 /// All real-time techniques.
@@ -18,6 +19,7 @@ pub(crate) fn real_time() -> Vec<Box<dyn Technique>> {
         Box::new(Adapted::<Hints>(PhantomData)),
         Box::new(Adapted::<Radiosity>(PhantomData)),
         Box::new(Adapted::<Instant>(PhantomData)),
+        Box::new(Adapted::<ShGrid>(PhantomData)),
     ]
 }
 

@@ -1,0 +1,136 @@
+//! Small scenes and helpers that several tests share.
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use glam::{Vec2, Vec3};
+use indirect_accel::{Accel, BuildPreset, cast};
+use indirect_core::{GBuffer, Light, LightKind, Material, Projection, Scene, View};
+use indirect_technique::cpu::{Fit, run};
+use sh_grid_raytracer::cpu::Frame;
+use sh_grid_raytracer::{Options, Output, Params, Setup, ShGridRaytracer};
+
+/// One light of each kind, before the wall of [`corner`].
+pub(crate) fn lights() -> [LightKind; 3] {
+    [
+        LightKind::Spot {
+            position: Vec3::new(0.2, 3.0, 0.3),
+            direction: Vec3::new(0.1, -1.0, -0.3).normalize(),
+            inner_angle: 0.35,
+            outer_angle: 0.6,
+        },
+        LightKind::Point { position: Vec3::new(0.3, 1.5, 0.2) },
+        LightKind::Directional { direction: Vec3::new(0.3, -1.0, -0.5).normalize() },
+    ]
+}
+
+pub(crate) fn light(kind: LightKind) -> Light {
+    Light { name: String::new(), kind, power: Vec3::new(3.0, 2.0, 1.0), range: None }
+}
+
+/// A square of half side `half` with the sides `right` and `up`, seen from the side where these turn counter-clockwise.
+pub(crate) fn square(scene: &mut Scene, centre: Vec3, right: Vec3, up: Vec3, half: f32, material: u32) {
+    let at = |x: f32, y: f32| centre + (right * x + up * y) * half;
+    scene.mesh.push_polygon(&[at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)], material);
+}
+
+/// A floor, a wall, a small tilted square before it, and a light; all lengths times `scale`.
+pub(crate) fn corner(kind: LightKind, scale: f32) -> Scene {
+    let materials = vec![
+        Material::diffuse("grey", Vec3::new(0.8, 0.5, 0.2)),
+        Material::diffuse("blue", Vec3::new(0.1, 0.3, 0.9)),
+    ];
+    let mut s = Scene { materials, ..Scene::default() };
+    square(&mut s, Vec3::ZERO, Vec3::X, -Vec3::Z, 2.0 * scale, 0);
+    square(&mut s, Vec3::new(0.0, 2.0, -2.0) * scale, Vec3::X, Vec3::Y, 2.0 * scale, 0);
+    let up = Vec3::new(0.0, 0.8, -0.6);
+    square(&mut s, Vec3::new(0.4, 0.5, -0.5) * scale, Vec3::X, up, 0.3 * scale, 1);
+    let mut light = light(kind);
+    match &mut light.kind {
+        LightKind::Point { position } | LightKind::Spot { position, .. } => {
+            *position *= scale;
+            light.power *= scale * scale;
+        }
+        LightKind::Directional { .. } => {}
+    }
+    s.lights.push(light);
+    s
+}
+
+/// The same without a punctual light, lit by an emissive square that is seen from both sides.
+pub(crate) fn lamp(scale: f32) -> Scene {
+    let mut s = corner(lights()[0], scale);
+    s.lights.clear();
+    let emission = Vec3::new(4.0, 3.0, 2.0);
+    s.materials.push(Material {
+        emission,
+        double_sided: true,
+        ..Material::diffuse("lamp", Vec3::splat(0.2))
+    });
+    square(&mut s, Vec3::new(-0.3, 1.2, -0.4) * scale, Vec3::X, Vec3::Z, 0.25 * scale, 2);
+    s
+}
+
+/// A closed box of the half sides `half` around `centre`, whose sides face inwards.
+pub(crate) fn inside(scene: &mut Scene, centre: Vec3, half: Vec3, material: u32) {
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let mut n = Vec3::ZERO;
+            n[axis] = sign;
+            let u =
+                Vec3::from_array(core::array::from_fn(|i| if i == (axis + 1) % 3 { half[i] } else { 0.0 }));
+            let v =
+                Vec3::from_array(core::array::from_fn(|i| if i == (axis + 2) % 3 { half[i] } else { 0.0 }));
+            let c = centre + n * half;
+            let (u, v) = if sign > 0.0 { (v, u) } else { (u, v) };
+            scene.mesh.push_polygon(&[c - u - v, c + u - v, c + u + v, c - u + v], material);
+        }
+    }
+}
+
+pub(crate) fn view(scale: f32) -> View {
+    View::look_to(
+        Vec3::new(0.5, 1.8, 3.5) * scale,
+        Vec3::new(-0.1, -0.3, -1.0),
+        Vec3::Y,
+        Projection::Perspective { tan_half: Vec2::new(0.9, 0.55) },
+        0.01 * scale,
+        100.0 * scale,
+    )
+}
+
+pub(crate) fn options() -> Options {
+    Options { grid: 12, photons: 4096, bounces: 3, directions: 80, samples: 16, ..Options::default() }
+}
+
+/// A scene made ready, with its camera.
+pub(crate) struct Stage<'a> {
+    pub(crate) accel: Accel<'a>,
+    pub(crate) view: View,
+    pub(crate) camera: GBuffer,
+}
+
+impl<'a> Stage<'a> {
+    pub(crate) fn new(scene: &'a Scene, view: View, size: [u32; 2]) -> Self {
+        let accel = Accel::build(scene, BuildPreset::Fast);
+        let camera = cast::gbuffer(&accel, &view, size);
+        Self { accel, view, camera }
+    }
+
+    pub(crate) fn setup(&self, options: Options, params: Params) -> Setup {
+        ShGridRaytracer::fit(&self.accel, options, params).unwrap()
+    }
+
+    pub(crate) fn run(&self, setup: &Setup) -> Output {
+        let mut output = Output::default();
+        run::<ShGridRaytracer>(&self.frame(setup), &mut output);
+        output
+    }
+
+    pub(crate) fn frame<'b>(&'b self, setup: &'b Setup) -> Frame<'b, Setup> {
+        Frame::new(&self.accel, &self.view, &self.camera, setup)
+    }
+}
+
+/// Largest component of all pixels.
+pub(crate) fn most(pixels: &[Vec3]) -> f32 {
+    pixels.iter().map(|p| p.max_element()).fold(0.0, f32::max)
+}
