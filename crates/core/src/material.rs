@@ -119,6 +119,11 @@ pub struct Material {
     pub roughness: f32,
     /// Its blue channel multiplies `metallic`, its green channel `roughness`.
     pub metallic_roughness_texture: Option<TextureRef>,
+    /// Share of light that passes through instead of being reflected diffusely, `[0, 1]`. Only Whitted ray tracing models it; else the
+    /// surface is opaque.
+    pub transmission: f32,
+    /// Index of refraction behind the surface, at least 1.
+    pub ior: f32,
     /// Emitted radiance, W/(sr·m²).
     pub emission: Vec3,
     /// Multiplies `emission`.
@@ -140,6 +145,8 @@ impl Default for Material {
             metallic: 0.0,
             roughness: 1.0,
             metallic_roughness_texture: None,
+            transmission: 0.0,
+            ior: 1.5,
             emission: Vec3::ZERO,
             emission_texture: None,
             alpha_mode: AlphaMode::Opaque,

@@ -239,23 +239,38 @@ impl Scene {
     /// Lambertian albedo at barycentric `(u, v)` of a triangle: base colour × vertex colour × (1 − metallic).
     #[must_use]
     pub fn albedo(&self, triangle: u32, u: f32, v: f32) -> Vec3 {
+        let (base, metallic, _) = self.base(triangle, u, v);
+        base * (1.0 - metallic)
+    }
+
+    /// What a metal reflects at a point of a triangle, in each channel: the base colour times the metallic share, `[0, 1]`; and the
+    /// perceptual roughness, `[0, 1]`.
+    #[must_use]
+    pub fn specular(&self, triangle: u32, u: f32, v: f32) -> (Vec3, f32) {
+        let (base, metallic, roughness) = self.base(triangle, u, v);
+        (base * metallic, roughness)
+    }
+
+    /// Base colour, metallic share and roughness at a point of a triangle.
+    fn base(&self, triangle: u32, u: f32, v: f32) -> (Vec3, f32, f32) {
         let mesh = &self.mesh;
         let m = &self.materials[mesh.materials[triangle as usize] as usize];
-        let mut albedo = m.base_color;
-        let mut metallic = m.metallic;
+        let (mut base, mut metallic, mut roughness) = (m.base_color, m.metallic, m.roughness);
         if let Some(t) = m.base_color_texture {
-            albedo *= self.texel(t, triangle, u, v).truncate();
+            base *= self.texel(t, triangle, u, v).truncate();
         }
         if let Some(t) = m.metallic_roughness_texture
             && metallic > 0.0
         {
-            metallic *= self.texel(t, triangle, u, v).z;
+            let texel = self.texel(t, triangle, u, v);
+            metallic *= texel.z;
+            roughness *= texel.y;
         }
         if !mesh.colors.is_empty() {
             let [i0, i1, i2] = mesh.triangles[triangle as usize].map(|i| i as usize);
-            albedo *= mesh.colors[i0] * (1.0 - u - v) + mesh.colors[i1] * u + mesh.colors[i2] * v;
+            base *= mesh.colors[i0] * (1.0 - u - v) + mesh.colors[i1] * u + mesh.colors[i2] * v;
         }
-        albedo * (1.0 - metallic)
+        (base, metallic, roughness)
     }
 
     /// Radiance that barycentric `(u, v)` of a triangle emits to its front (and to its back where the material is
@@ -347,6 +362,9 @@ impl Scene {
             let unit = |v: Vec3| v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= 1.0;
             require(unit(m.base_color), "material", i, "base_color", &m.base_color, "in [0, 1]")?;
             require((0.0..=1.0).contains(&m.metallic), "material", i, "metallic", &m.metallic, "in [0, 1]")?;
+            require((0.0..=1.0).contains(&m.transmission), "material", i, "transmission", &m.transmission, "in [0, 1]")?;
+            let ok = m.ior.is_finite() && m.ior >= 1.0;
+            require(ok, "material", i, "ior", &m.ior, "finite and at least 1")?;
             let e = m.emission;
             let ok = e.is_finite() && e.min_element() >= 0.0;
             require(ok, "material", i, "emission", &e, "finite and not negative")?;

@@ -147,6 +147,9 @@ fn convert<'s>(
 ) -> Result<(Material, Option<u32>), SceneLoadError> {
     let pbr = &json.pbr_metallic_roughness;
     let factors = Vec4::from(pbr.base_color_factor.0);
+    let extensions = json.extensions.as_ref();
+    let transmission = extensions.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
+    let ior = extensions.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
     let mut clamped = false;
     let mut unit = |v: f32| -> Result<f32, SceneLoadError> {
         if !v.is_finite() {
@@ -161,6 +164,8 @@ fn convert<'s>(
         base_alpha: unit(factors.w)?,
         metallic: unit(pbr.metallic_factor.0)?,
         roughness: unit(pbr.roughness_factor.0)?,
+        transmission: unit(transmission)?,
+        ior: if ior.is_finite() { ior.max(1.0) } else { 1.5 },
         double_sided: json.double_sided,
         ..Material::default()
     };

@@ -103,7 +103,10 @@ fn ignored_extension(name: &str) -> Option<&'static str> {
             Some("specular-glossiness is not modelled: the metallic-roughness values are used")
         }
         "KHR_materials_unlit" => Some("unlit materials are read as diffuse ones"),
-        "KHR_materials_transmission" | "KHR_materials_volume" | "KHR_materials_diffuse_transmission" => {
+        "KHR_materials_transmission" => {
+            Some("transmission is modelled by Whitted ray tracing alone: else the surface is opaque")
+        }
+        "KHR_materials_volume" | "KHR_materials_diffuse_transmission" => {
             Some("transmission is not modelled: the surface is opaque")
         }
         "KHR_materials_variants" => Some("variants are not modelled: the default materials are used"),

@@ -8,6 +8,7 @@ mod radiance;
 mod store;
 mod technique;
 mod traverse;
+mod whitted;
 
 pub use field::{Cells, FieldSettings, MOST_COEFFICIENTS, Sight, field};
 pub use gather::{Looks, gather, gather_final, gather_samples, obscure};
@@ -18,3 +19,4 @@ pub use store::Store;
 pub(crate) use store::gets_away;
 pub use technique::{Frame, indirect};
 pub use traverse::{VoxelHit, first_voxel};
+pub use whitted::{MIRROR, Whitted};
