@@ -140,7 +140,7 @@ impl Cell {
         let at = grid.cell_of(number);
         let mut sums = [Vec3::ZERO; (FINE * FINE * FINE) as usize];
         let mut voxel = Voxel::default();
-        let mut open = Open::new(number, openness);
+        let mut parts = Vec::with_capacity(touched.len());
         let mut areas = [0.0; 6];
         for &(_, triangle) in touched {
             let Some(t) = TriangleBox::new(accel.scene().mesh.corners(triangle), grid) else { continue };
@@ -154,8 +154,10 @@ impl Cell {
             let area = part.area() * grid.cell * grid.cell;
             let both = face_shares(normal).into_iter().zip(face_shares(-normal));
             areas.iter_mut().zip(both).for_each(|(sum, (front, back))| *sum += area * (front + back));
-            open.ask(accel, grid, at, &part, normal);
+            parts.push((part, normal));
         }
+        let mut open = Open::new(number, openness, parts.iter().map(|(part, _)| part.area()).sum());
+        parts.iter().for_each(|(part, normal)| open.ask(accel, grid, at, part, *normal));
         areas.iter_mut().zip(open.shares()).for_each(|(a, share)| *a *= share);
         let set = (0..FINE * FINE * FINE).filter(|&bit| voxel.has(bit));
         let normals = set.map(|bit| octahedral::pack(sums[bit as usize])).collect();
@@ -163,10 +165,15 @@ impl Cell {
     }
 }
 
+/// Area, in faces, below which a cell is asked at fewer points.
+const LEAST_ASKED: f32 = 1e-3;
+
 /// Asks how much of the light of a cell's surfaces gets away from them.
 struct Open {
-    openness: Openness,
+    reach: f32,
     seed: u32,
+    /// Points on an area of a face.
+    rate: f32,
     /// Points so far, with their fraction.
     points: f32,
     /// Rays, and those that got away, by face.
@@ -175,15 +182,18 @@ struct Open {
 }
 
 impl Open {
-    fn new(seed: u32, openness: Openness) -> Self {
+    /// For a cell with surfaces of an area, in faces: the points of a face even on less, since what is divided by few of them is too
+    /// large in the mean.
+    fn new(seed: u32, openness: Openness, area: f32) -> Self {
         let points = unit_f32(hash_combine(seed, 0));
-        Self { openness, seed, points, asked: [0.0; 6], away: [0.0; 6] }
+        let rate = openness.points as f32 / area.clamp(LEAST_ASKED, 1.0);
+        Self { reach: openness.reach, seed, rate, points, asked: [0.0; 6], away: [0.0; 6] }
     }
 
     /// One ray from either side of points on a part of a triangle in the cell `at`, evenly spread over the areas of all parts.
     fn ask(&mut self, accel: &Accel<'_>, grid: &Grid, at: UVec3, part: &Part, normal: Vec3) {
         let first = self.points.ceil() as u32;
-        self.points += part.area() * self.openness.points as f32;
+        self.points += part.area() * self.rate;
         for k in first..self.points.ceil() as u32 {
             let u = |i: u32| unit_f32(hash_combine(hash_combine(self.seed, k), i));
             let p = grid.origin + (part.point(Vec2::new(u(0), u(1))) + at.as_vec3()) * grid.cell;
@@ -191,7 +201,7 @@ impl Open {
                 let w = hemisphere_cosine(Vec2::new(u(i), u(i + 1)));
                 let (t, b) = math::orthonormal_basis(n);
                 let direction = t * w.x + b * w.y + n * w.z;
-                let away = gets_away(accel, (p, n), direction, self.openness.reach * grid.cell);
+                let away = gets_away(accel, (p, n), direction, self.reach * grid.cell);
                 for (f, share) in face_shares(n).into_iter().enumerate() {
                     self.asked[f] += share;
                     self.away[f] += if away { share } else { 0.0 };

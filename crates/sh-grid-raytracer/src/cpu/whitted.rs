@@ -162,7 +162,8 @@ impl Whitted<'_> {
         let (t, b) = math::orthonormal_basis(r);
         let mut sum = Vec3::ZERO;
         for k in 0..self.glossy_samples {
-            let w = indirect_sampling::mapping::phong_lobe(sobol::sample_2d(k, hash_combine(seed, 5)), exponent);
+            let w =
+                indirect_sampling::mapping::phong_lobe(sobol::sample_2d(k, hash_combine(seed, 5)), exponent);
             let d = t * w.x + b * w.y + r * w.z;
             if d.dot(n) > 0.0 {
                 sum += local.evaluate(d).truncate();
