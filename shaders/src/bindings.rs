@@ -408,17 +408,6 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(0, 8, "range", Uniform),
         at(0, 9, "irradiance", ReadWrite),
     ] },
-    EntryPoint { module: "SH_GRID_FINAL_VOXELS", name: "gather_final", workgroup_size: [64, 1, 1], bindings: &[
-        at(0, 0, "settings", Uniform),
-        at(0, 1, "positions", Read),
-        at(0, 2, "normals", Read),
-        at(0, 3, "cell_index", Read),
-        at(0, 4, "faces", Read),
-        at(0, 5, "voxels", Read),
-        at(0, 6, "voxel_normals", Read),
-        at(0, 8, "range", Uniform),
-        at(0, 9, "irradiance", ReadWrite),
-    ] },
     EntryPoint { module: "INSTANT_RADIOSITY_EMIT", name: "emit", workgroup_size: [64, 1, 1], bindings: &[
         at(0, 0, "settings", Uniform),
         at(0, 1, "emitters", Read),

@@ -208,13 +208,7 @@ modules! {
         "core/grid.wgsl", "core/ray.wgsl", "core/octahedral.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl",
         "sampling/mapping.wgsl", "accel/layout.wgsl", "accel/opaque.wgsl", "accel/traverse.wgsl",
         "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/cells.wgsl", "sh_grid_raytracer/lookup.wgsl",
-        "sh_grid_raytracer/look_rays.wgsl", "sh_grid_raytracer/final_rays.wgsl", "sh_grid_raytracer/final.wgsl",
-    ] => ["gather_final"];
-    /// The same with rays through the grids.
-    SH_GRID_FINAL_VOXELS = [
-        "core/grid.wgsl", "core/ray.wgsl", "core/octahedral.wgsl", "sampling/rng.wgsl", "sampling/sobol.wgsl",
-        "sampling/mapping.wgsl", "sh_grid_raytracer/layout.wgsl", "sh_grid_raytracer/lookup.wgsl",
-        "sh_grid_raytracer/look_voxels.wgsl", "sh_grid_raytracer/final_voxels.wgsl", "sh_grid_raytracer/final.wgsl",
+        "sh_grid_raytracer/look_rays.wgsl", "sh_grid_raytracer/final.wgsl",
     ] => ["gather_final"];
     /// Virtual lights on emissive triangles; twin of `instant_radiosity::cpu::emit`.
     INSTANT_RADIOSITY_EMIT = [

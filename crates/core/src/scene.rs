@@ -362,7 +362,14 @@ impl Scene {
             let unit = |v: Vec3| v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= 1.0;
             require(unit(m.base_color), "material", i, "base_color", &m.base_color, "in [0, 1]")?;
             require((0.0..=1.0).contains(&m.metallic), "material", i, "metallic", &m.metallic, "in [0, 1]")?;
-            require((0.0..=1.0).contains(&m.transmission), "material", i, "transmission", &m.transmission, "in [0, 1]")?;
+            require(
+                (0.0..=1.0).contains(&m.transmission),
+                "material",
+                i,
+                "transmission",
+                &m.transmission,
+                "in [0, 1]",
+            )?;
             let ok = m.ior.is_finite() && m.ior >= 1.0;
             require(ok, "material", i, "ior", &m.ior, "finite and at least 1")?;
             let e = m.emission;

@@ -23,6 +23,9 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
 type Part = fn(&Stage<'_>) -> Outcome;
 
+/// Milliseconds by pass.
+type Times = Vec<(&'static str, f64)>;
+
 /// A scene, its camera, and what it sees.
 struct Stage<'a> {
     accel: Accel<'a>,
@@ -82,7 +85,7 @@ impl<'a> Stage<'a> {
     }
 
     /// A frame, the times of its passes and of the fit, ms.
-    fn frame(&self, pairs: &str) -> Outcome<(Setup, Output, Vec<(&'static str, f64)>)> {
+    fn frame(&self, pairs: &str) -> Outcome<(Setup, Output, Times)> {
         let start = Instant::now();
         let setup = self.setup(pairs)?;
         let mut times = vec![("voxelise", start.elapsed().as_secs_f64() * 1e3)];
@@ -400,7 +403,7 @@ fn wall_ratios(n: glam::Vec3, printed: bool) -> Vec<f32> {
         .filter(|v| v.dot(n) > 0.1)
         .map(|v| {
             let origin = voxels.grid.local(v * 5.0);
-            let look = Look { place, cell, normal: n, origin, direction: -v, area: 0.0 };
+            let look = Look { place, cell, normal: n, origin, direction: -v, area: 0.0, mark: 1 };
             lookup.radiance(&look).x * std::f32::consts::PI
         })
         .collect()

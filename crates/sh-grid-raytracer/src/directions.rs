@@ -40,6 +40,7 @@ pub fn turns() -> Vec<Mat3> {
 }
 
 /// Which turn a cell or a pixel takes.
+#[cfg(feature = "cpu")]
 #[must_use]
 #[inline]
 pub(crate) const fn turn_of(number: u32, seed: u32) -> u32 {

@@ -7,8 +7,8 @@ use glam::{Mat3, UVec2, Vec3, Vec4};
 use indirect_accel::gpu::{AccelBuffers, TreeSizes};
 use indirect_core::settings::Settings;
 use indirect_gpu::shaders::{
-    Module, SH_GRID_FIELD, SH_GRID_FIELD_VOXELS, SH_GRID_FINAL, SH_GRID_FINAL_VOXELS, SH_GRID_GATHER,
-    SH_GRID_GATHER_OPEN, SH_GRID_RADIANCE, SH_GRID_SORT, SH_GRID_STORE,
+    Module, SH_GRID_FIELD, SH_GRID_FIELD_VOXELS, SH_GRID_FINAL, SH_GRID_GATHER, SH_GRID_GATHER_OPEN,
+    SH_GRID_RADIANCE, SH_GRID_SORT, SH_GRID_STORE,
 };
 use indirect_gpu::wgpu::{Buffer, Device, Queue};
 use indirect_gpu::{
@@ -410,8 +410,7 @@ pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     let options = &b.setup.options;
     let pixels = b.sizes.pixels;
     if options.gather == Gather::Final {
-        let module = if b.sizes.has_voxels() { &SH_GRID_FINAL_VOXELS } else { &SH_GRID_FINAL };
-        return each_range(b, pass, (module, "gather_final"), pixels);
+        return each_range(b, pass, (&SH_GRID_FINAL, "gather_final"), pixels);
     }
     let module = if options.weights == Weights::Visible { &SH_GRID_GATHER } else { &SH_GRID_GATHER_OPEN };
     let entry = if options.gather == Gather::Samples { "gather_samples" } else { "gather" };
@@ -422,8 +421,12 @@ pub(crate) fn gather(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 /// or less moves all that follow in the list.
 pub(crate) fn exchange_photons(b: &Buffers, o: &mut Output, x: &mut Exchange<'_>) {
     let found: Vec<photon_tracing::Photon> = x.read(&b.photons.buffers.photons, 0, o.photons.len());
-    let same =
-        o.photons.iter().zip(&found).map(|(c, g)| c.state == g.state && c.reflections == g.reflections);
+    // Where a ray meets an edge, the two sides may take either surface; directions about a normal turn where its z changes sign.
+    let same = o.photons.iter().zip(&found).map(|(c, g)| {
+        (c.state, c.reflections) == (g.state, g.reflections)
+            && c.normal.distance_squared(g.normal) < 1e-6
+            && (c.normal.z >= 0.0) == (g.normal.z >= 0.0)
+    });
     x.same(Some(same.collect()));
     x.elements("", &b.photons.buffers.photons, 0, &mut o.photons);
     let newest = |list: &[StoredPhoton]| {
@@ -438,7 +441,9 @@ pub(crate) fn exchange_photons(b: &Buffers, o: &mut Output, x: &mut Exchange<'_>
     let held = x.read::<u32>(&b.own.count, 0, 1).first().copied().unwrap_or(0);
     let list: Vec<StoredPhoton> = x.read(&b.own.stored, 0, held as usize);
     let (cpu, gpu) = (newest(&o.stored), newest(&list));
-    x.same(Some(cpu.iter().zip(&gpu).map(|(c, g)| c.cell == g.cell).collect()));
+    let same =
+        |(c, g): (&StoredPhoton, &StoredPhoton)| c.cell == g.cell && c.axis.distance_squared(g.axis) < 1e-6;
+    x.same(Some(cpu.iter().zip(&gpu).map(same).collect()));
     x.compare_elements("stored", &cpu, &gpu);
     x.same(None);
     x.take_list(&b.own.count, &b.own.stored, &mut o.stored);

@@ -110,8 +110,19 @@ indirect_core::settings! {
 
 impl Options {
     fn relations(&self) -> Result<(), BadOption> {
-        if self.obscurance.is_on() && self.gather == Gather::Final {
-            return Err(BadOption::new("obscurance", "on", "off with gather=final, which makes no field"));
+        if self.gather == Gather::Final {
+            if self.obscurance.is_on() {
+                return Err(BadOption::new(
+                    "obscurance",
+                    "on",
+                    "off with gather=final, which makes no field",
+                ));
+            }
+            if self.traverse == Traverse::Voxels {
+                let needed =
+                    "rays with gather=final: rays that graze a surface would end in its own fine cells";
+                return Err(BadOption::new("traverse", "voxels", needed));
+            }
         }
         Ok(())
     }

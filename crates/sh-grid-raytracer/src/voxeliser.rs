@@ -48,9 +48,11 @@ impl Voxeliser {
     pub fn update(&mut self, accel: &Accel<'_>, moved: &[u32]) {
         let is_moved = |t: u32| moved.binary_search(&t).is_ok();
         let mut dirty = vec![false; self.grid.len()];
+        // What moves in a cell decides what gets away from those around it.
+        let radius = self.openness.reach.ceil().max(1.0) as u32;
         let mut mark = |pairs: &[(u32, u32)]| {
             let of_moved = pairs.iter().filter(|(_, t)| is_moved(*t));
-            of_moved.for_each(|(cell, _)| mark_around(&self.grid, *cell, &mut dirty));
+            of_moved.for_each(|(cell, _)| mark_around(&self.grid, *cell, radius, &mut dirty));
         };
         mark(&self.touched);
         self.touched.retain(|(_, t)| !is_moved(*t));
@@ -87,15 +89,23 @@ impl Voxeliser {
             v.areas.push(cell.areas);
         }
         v.boundary = v.cells.len() as u32;
-        v.add_neighbours();
+        let mut active = vec![false; v.index.len()];
+        self.cells.iter().for_each(|c| mark_around(&self.grid, c.number, 1, &mut active));
+        for (number, _) in (0..).zip(active).filter(|(_, active)| *active) {
+            let place = &mut v.index[number as usize];
+            if *place == NONE {
+                *place = v.cells.len() as u32;
+                v.cells.push(number);
+            }
+        }
         v
     }
 }
 
-/// Marks a cell and its 26 neighbours: what moves in one decides what gets away from the others.
-fn mark_around(grid: &Grid, number: u32, marks: &mut [bool]) {
+/// Marks a cell and those no more than `radius` cells away along any axis.
+fn mark_around(grid: &Grid, number: u32, radius: u32, marks: &mut [bool]) {
     let c = grid.cell_of(number);
-    let (low, high) = (c.saturating_sub(UVec3::ONE), (c + 1).min(grid.size - 1));
+    let (low, high) = (c.saturating_sub(UVec3::splat(radius)), (c + radius).min(grid.size - 1));
     for z in low.z..=high.z {
         for y in low.y..=high.y {
             for x in low.x..=high.x {

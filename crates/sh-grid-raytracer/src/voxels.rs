@@ -1,9 +1,9 @@
 //! The V-grid and the SH-grid of a scene's surfaces (§3.1), sparse.
 
-use glam::{UVec3, Vec3};
+use glam::Vec3;
 use indirect_core::octahedral;
 
-use crate::grid::{Grid, NONE};
+use crate::grid::Grid;
 use crate::layout::Voxel;
 
 /// Which cells surfaces pass through, and how these lie in them.
@@ -11,7 +11,7 @@ use crate::layout::Voxel;
 pub struct Voxels {
     /// The SH-grid.
     pub grid: Grid,
-    /// For every cell of the grid its place among [`Self::cells`], or [`NONE`].
+    /// For every cell of the grid its place among [`Self::cells`], or [`NONE`](crate::NONE).
     pub index: Vec<u32>,
     /// Numbers of the active cells: first the boundary cells, then those of their 26 neighbours that are none; both in order.
     pub cells: Vec<u32>,
@@ -37,29 +37,6 @@ pub fn face_shares(d: Vec3) -> [f32; 6] {
 }
 
 impl Voxels {
-    /// Makes the 26 neighbours of the boundary cells active.
-    pub(crate) fn add_neighbours(&mut self) {
-        let size = self.grid.size;
-        let mut near = vec![false; self.index.len()];
-        for &number in &self.cells {
-            let c = self.grid.cell_of(number);
-            let (low, high) = (c.saturating_sub(UVec3::ONE), (c + 1).min(size - 1));
-            for z in low.z..=high.z {
-                for y in low.y..=high.y {
-                    for x in low.x..=high.x {
-                        near[self.grid.number(UVec3::new(x, y, z)) as usize] = true;
-                    }
-                }
-            }
-        }
-        for (number, _) in (0..).zip(near).filter(|(_, near)| *near) {
-            if self.index[number as usize] == NONE {
-                self.index[number as usize] = self.cells.len() as u32;
-                self.cells.push(number);
-            }
-        }
-    }
-
     /// Place of the boundary cell that holds a point in units of cells; `None` where there is none.
     #[must_use]
     #[inline]

@@ -56,7 +56,7 @@ fn every_pass_agrees_for_every_light_and_option() {
         (&scenes[1], Options { traverse: Traverse::Voxels, weights: Weights::Side, ..base }),
         (&scenes[2], Options { gather: Gather::Samples, order: 4, obscurance: Switch::On, ..base }),
         (&scenes[3], Options { gather: Gather::Final, ..base }),
-        (&scenes[0], Options { gather: Gather::Final, traverse: Traverse::Voxels, open_points: 0, ..base }),
+        (&scenes[0], Options { gather: Gather::Final, open_points: 0, ..base }),
         (
             &scenes[0],
             Options {

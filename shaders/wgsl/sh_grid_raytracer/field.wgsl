@@ -56,7 +56,7 @@ fn field(
         var value = vec4(0.0, 0.0, 0.0, settings.far);
         if look.place != NO_CELL {
             value = vec4(look_radiance(look), look.distance * settings.cell);
-            places += look.place + 1u;
+            places += look.mark;
         }
         value *= weight;
         let y = field_basis(d);

@@ -15,6 +15,9 @@ struct DirectionRange {
 @group(0) @binding(2) var<storage, read> normals: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> cell_index: array<u32>;
 @group(0) @binding(4) var<storage, read> faces: array<Faces>;
+@group(0) @binding(5) var<storage, read> accel_nodes: array<AccelNode>;
+@group(0) @binding(6) var<storage, read> accel_triangles: array<AccelTriangle>;
+@group(0) @binding(7) var<storage, read> triangle_normals: array<u32>;
 @group(0) @binding(8) var<uniform> range: DirectionRange;
 @group(0) @binding(9) var<storage, read_write> irradiance: array<vec4<f32>>;
 
@@ -32,7 +35,7 @@ fn gather_final(
     }
     let n = normals[i].xyz;
     var sum = vec3(0.0);
-    // A number below 2²⁴ that differs where other cells are seen.
+    // A number below 2²⁴ that differs where something else is seen.
     var choices = 0u;
     if any(n != vec3(0.0)) {
         if range.first > 0u {
@@ -46,7 +49,7 @@ fn gather_final(
             let look = look_along(origin, d, 0.0);
             if look.place != NO_CELL {
                 sum += look_radiance(look);
-                choices += look.place + 1u;
+                choices += look.mark;
             }
         }
         if range.end == settings.samples {

@@ -32,6 +32,10 @@ fn field_at(p: vec3<f32>, n: vec3<f32>) -> array<vec4<f32>, 16> {
 /// Adds the cells that a rule lets count and returns the sum of their weights.
 fn add_cells(p: vec3<f32>, n: vec3<f32>, rule: u32) -> f32 {
     let x = grid_local(p);
+    // No cell is near; NaN is nowhere.
+    if !(all(x >= vec3(-1.0)) && all(x <= vec3<f32>(settings.size) + 1.0)) {
+        return 0.0;
+    }
     let home = vec3<i32>(floor(x));
     let size = vec3<i32>(settings.size);
     var total = 0.0;

@@ -8,6 +8,7 @@ fn look_along(origin: vec3<f32>, direction: vec3<f32>, area: f32) -> Look {
     if hit.triangle >= arrayLength(&triangle_normals) {
         return look;
     }
+    look.mark = hit.triangle + 1u;
     look.origin = grid_local(origin);
     look.distance = hit.t / settings.cell;
     let at = look.origin + direction * look.distance;

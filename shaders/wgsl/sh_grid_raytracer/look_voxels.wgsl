@@ -94,6 +94,7 @@ fn look_along(origin: vec3<f32>, direction: vec3<f32>, area: f32) -> Look {
                     let away = abs(centre - look.origin);
                     if max(away.x, max(away.y, away.z)) > CLEAR * side {
                         look.place = place;
+                        look.mark = place * 64u + bit + 1u;
                         look.cell = cell;
                         let n = octahedral_unpack(voxel_normals[voxel.first_normal + voxel_rank(voxel, bit)]);
                         look.normal = select(n, -n, dot(n, direction) > 0.0);

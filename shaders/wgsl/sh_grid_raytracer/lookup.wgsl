@@ -15,6 +15,8 @@ struct Look {
     area: f32,
     /// In units of cells.
     distance: f32,
+    /// A number of what was met: of a triangle or of a fine cell.
+    mark: u32,
 }
 
 const FRAC_1_PI: f32 = 0.31830988618;
@@ -74,7 +76,7 @@ fn radiance_by_area_at(look: Look, level: u32) -> vec3<f32> {
     var flux = own.xyz;
     if lacking > 0.0 {
         let next = facing_sum(look, min(level + 1u, settings.levels - 1u));
-        flux += next.xyz * (lacking / max(max(next.w, 4.0 * least), LEAST));
+        flux += next.xyz * (lacking / max(max(next.w, least), LEAST));
     }
     return flux / max(own.w + lacking, LEAST);
 }
@@ -93,7 +95,8 @@ fn radiance_as_printed(look: Look) -> vec3<f32> {
         if cos_beta <= 0.0 {
             continue;
         }
-        let alpha = acos(clamp(dot(v, look.direction), -1.0, 1.0)) * max(distance, 0.5) * 2.0;
+        // The chord stands for the angle: it keeps its digits where that is small.
+        let alpha = length(v - look.direction) * max(distance, 0.5) * 2.0;
         let g = max(exp(-0.5 * alpha * alpha), LEAST);
         let level = level_of(look.area / cos_beta);
         let share = fract(level);

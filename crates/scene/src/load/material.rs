@@ -148,7 +148,8 @@ fn convert<'s>(
     let pbr = &json.pbr_metallic_roughness;
     let factors = Vec4::from(pbr.base_color_factor.0);
     let extensions = json.extensions.as_ref();
-    let transmission = extensions.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
+    let transmission =
+        extensions.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
     let ior = extensions.and_then(|e| e.ior.as_ref()).map_or(1.5, |i| i.ior.0);
     let mut clamped = false;
     let mut unit = |v: f32| -> Result<f32, SceneLoadError> {

@@ -39,21 +39,22 @@ impl Sight<'_> {
     pub fn look(&self, origin: Vec3, direction: Vec3, area: f32) -> Option<(Look, f32)> {
         let grid = &self.voxels.grid;
         let local = grid.local(origin);
-        let (place, normal, t) = match self.traverse {
+        let (place, normal, t, mark) = match self.traverse {
             Traverse::Rays => {
                 let hit = self.accel.closest_hit(&Ray::new(origin, direction))?;
                 let t = hit.t / grid.cell;
                 let place = self.voxels.boundary_at(local + direction * t)?;
-                (place, octahedral::unpack(self.normals[hit.triangle as usize]), t)
+                (place, octahedral::unpack(self.normals[hit.triangle as usize]), t, hit.triangle + 1)
             }
             Traverse::Voxels => {
                 let hit = first_voxel(self.voxels, local, direction, f32::INFINITY)?;
-                (hit.place, self.voxels.normal(hit.place, hit.bit), hit.t)
+                let mark = hit.place.wrapping_mul(64).wrapping_add(hit.bit + 1);
+                (hit.place, self.voxels.normal(hit.place, hit.bit), hit.t, mark)
             }
         };
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         let cell = grid.cell_of(self.voxels.cells[place as usize]);
-        let look = Look { place, cell, normal, origin: local, direction, area: area * t * t };
+        let look = Look { place, cell, normal, origin: local, direction, area: area * t * t, mark };
         Some((look, t * grid.cell))
     }
 }
@@ -102,7 +103,7 @@ pub fn field(sight: &Sight<'_>, settings: &FieldSettings<'_>) -> Cells {
             let mut value = Vec4::new(0.0, 0.0, 0.0, far);
             if let Some((look, distance)) = seen {
                 value = sight.lookup.radiance(&look).extend(distance);
-                places = places.wrapping_add(look.place + 1);
+                places = places.wrapping_add(look.mark);
             }
             let value = value * weight;
             let y: [f32; MOST_COEFFICIENTS] = basis(d.to_array());

@@ -81,6 +81,11 @@ impl Field<'_> {
     fn add(&self, local: &mut Local, p: Vec3, n: Vec3, rule: Weights) -> f32 {
         let grid = &self.voxels.grid;
         let x = grid.local(p);
+        // No cell is near; NaN is nowhere.
+        let reached = x.cmpge(Vec3::NEG_ONE).all() && x.cmple(grid.size.as_vec3() + 1.0).all();
+        if !reached {
+            return 0.0;
+        }
         let home = x.floor().as_ivec3();
         let (size, count) = (grid.size.as_ivec3(), self.coefficients as usize);
         let mut total = 0.0;

@@ -23,6 +23,8 @@ pub struct Look {
     pub direction: Vec3,
     /// Area, perpendicular to it, that it stands for, in faces of a cell; 0: a point.
     pub area: f32,
+    /// A number of what was met, other than 0: of a triangle or of a fine cell.
+    pub mark: u32,
 }
 
 /// The R-grid and how it is read.
@@ -85,7 +87,7 @@ impl Lookup<'_> {
         let mut flux = own.truncate();
         if lacking > 0.0 {
             let next = sum((level + 1).min(self.last()));
-            flux += next.truncate() * (lacking / next.w.max(4.0 * least).max(LEAST));
+            flux += next.truncate() * (lacking / next.w.max(least).max(LEAST));
         }
         flux / (own.w + lacking).max(LEAST)
     }
@@ -109,7 +111,8 @@ impl Lookup<'_> {
             if cos_beta <= 0.0 {
                 continue;
             }
-            let alpha = v.dot(look.direction).clamp(-1.0, 1.0).acos() * distance.max(0.5) * 2.0;
+            // The chord stands for the angle: it keeps its digits where that is small.
+            let alpha = (v - look.direction).length() * distance.max(0.5) * 2.0;
             let g = (-0.5 * alpha * alpha).exp().max(LEAST);
             let (level, share) = self.level_of(look.area / cos_beta);
             let at = |level: u32| {

@@ -197,13 +197,13 @@ impl Whitted<'_> {
             let (i, rest) = pick(emitters.len(), |i| emitters[i].upto, u.x);
             let before = if i == 0 { 0.0 } else { emitters[i - 1].upto };
             let share = emitters[i].upto - before;
-            asked += self.from_emitter(&emitters[i], share, Vec2::new(rest, u.y), origin, point);
+            asked += self.emitted(&emitters[i], share, Vec2::new(rest, u.y), origin, point);
         }
         sum + asked / self.emitter_points as f32
     }
 
     /// Irradiance from a point of an emissive triangle that is drawn with the probability `share`.
-    fn from_emitter(&self, e: &Emitter, share: f32, u: Vec2, origin: Vec3, point: &Point) -> Vec3 {
+    fn emitted(&self, e: &Emitter, share: f32, u: Vec2, origin: Vec3, point: &Point) -> Vec3 {
         let (q, normal) = emitter_point(e, u);
         let v = q - point.surface.position;
         let d2 = v.length_squared();
