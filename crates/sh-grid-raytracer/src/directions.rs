@@ -17,7 +17,8 @@ pub fn spiral(count: u32) -> Vec<Vec3> {
     (0..count)
         .map(|i| {
             let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-            let (r, phi) = ((1.0 - z * z).sqrt(), turn * f64::from(i));
+            // Half a turn on: along no axis, in whose plane through a cell's centre fine cells meet.
+            let (r, phi) = ((1.0 - z * z).sqrt(), turn * (f64::from(i) + 0.5));
             Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32)
         })
         .collect()
