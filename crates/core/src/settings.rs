@@ -298,6 +298,25 @@ macro_rules! choice {
     };
 }
 
+crate::choice! {
+    /// Whether something is done.
+    pub enum Switch {
+        /// It is done.
+        #[default]
+        On = "on",
+        /// It is not, and costs nothing.
+        Off = "off",
+    }
+}
+
+impl Switch {
+    /// Whether it is on.
+    #[must_use]
+    pub const fn is_on(self) -> bool {
+        matches!(self, Self::On)
+    }
+}
+
 /// Declares a struct of settings: documentation, default and range of each field in one place. See the
 /// [module](mod@crate::settings).
 ///

@@ -1,4 +1,5 @@
 use imperfect_shadow_maps::Placement;
+pub use indirect_core::settings::Switch;
 use indirect_core::settings::{BadOption, Settings as _};
 use rsm::{MAX_RESOLUTION, TreeLayout};
 
@@ -108,25 +109,6 @@ indirect_core::settings! {
         /// The points at which lights' maps are sampled.
         pub sequence: Sequence = Sequence::Sobol;
         where Options::relations;
-    }
-}
-
-indirect_core::choice! {
-    /// Whether something is done.
-    pub enum Switch {
-        /// It is done.
-        #[default]
-        On = "on",
-        /// It is not, and costs nothing.
-        Off = "off",
-    }
-}
-
-impl Switch {
-    /// Whether it is on.
-    #[must_use]
-    pub const fn is_on(self) -> bool {
-        matches!(self, Self::On)
     }
 }
 

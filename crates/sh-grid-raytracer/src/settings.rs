@@ -1,4 +1,5 @@
 use indirect_core::settings::BadOption;
+pub use indirect_core::settings::Switch;
 
 use crate::directions::MOST_DIRECTIONS;
 
@@ -48,25 +49,6 @@ indirect_core::choice! {
         Samples = "samples",
         /// Rays over the hemisphere, each with one look at the R-grid where it ends: the field is not made.
         Final = "final",
-    }
-}
-
-indirect_core::choice! {
-    /// Whether something is done.
-    pub enum Switch {
-        /// It is done.
-        #[default]
-        On = "on",
-        /// It is not, and costs nothing.
-        Off = "off",
-    }
-}
-
-impl Switch {
-    /// Whether it is on.
-    #[must_use]
-    pub const fn is_on(self) -> bool {
-        matches!(self, Self::On)
     }
 }
 

@@ -5,11 +5,13 @@
 //! * [`compare`], [`compare_exact`]: two sides of different types, so that a side cannot be compared with itself by
 //!   mistake.
 //! * [`judge`]: the buffers of a whole frame.
+//! * [`scenes`]: small scenes.
 //! * [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
 
 mod adapter;
 mod compare;
 pub mod layout;
+pub mod scenes;
 mod twins;
 
 pub use adapter::{REQUIRE_GPU_VARIABLE, gpu};
