@@ -132,3 +132,19 @@ impl Lookup<'_> {
 
 /// Outward normals of a cell's faces in the order of their fluxes.
 const FACE_NORMALS: [Vec3; 6] = [Vec3::NEG_X, Vec3::X, Vec3::NEG_Y, Vec3::Y, Vec3::NEG_Z, Vec3::Z];
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use indirect_gpu::shaders::{SH_GRID_FIELD, SH_GRID_FIELD_VOXELS, SH_GRID_FINAL};
+    use testkit::layout::check_constant;
+
+    #[test]
+    fn constants_are_those_of_the_shaders() {
+        for module in [&SH_GRID_FIELD, &SH_GRID_FIELD_VOXELS, &SH_GRID_FINAL] {
+            check_constant(module, "LEAST_COSINE", LEAST_COSINE).unwrap();
+            check_constant(module, "LEAST", LEAST).unwrap();
+            check_constant(module, "FRAC_1_PI", FRAC_1_PI).unwrap();
+        }
+    }
+}

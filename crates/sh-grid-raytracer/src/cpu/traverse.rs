@@ -99,3 +99,16 @@ pub fn first_voxel(voxels: &Voxels, origin: Vec3, direction: Vec3, t_max: f32) -
     }
     None
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use indirect_gpu::shaders::SH_GRID_FIELD_VOXELS;
+    use testkit::layout::check_constant;
+
+    #[test]
+    fn constants_are_those_of_the_shader() {
+        check_constant(&SH_GRID_FIELD_VOXELS, "LEAST_SLOPE", LEAST_SLOPE).unwrap();
+        check_constant(&SH_GRID_FIELD_VOXELS, "CLEAR", CLEAR).unwrap();
+    }
+}
