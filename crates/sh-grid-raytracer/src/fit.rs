@@ -10,17 +10,17 @@ use photon_tracing::Sources;
 use crate::directions::{spiral, turns};
 use crate::grid::Grid;
 use crate::pyramid::Pyramid;
-use crate::settings::{Options, Params};
+use crate::settings::Options;
 use crate::setup::Fitted;
 use crate::voxeliser::{Openness, Voxeliser};
 
 impl Fitted {
     /// Looks at the scene once.
     #[must_use]
-    pub fn new(accel: &Accel<'_>, options: &Options, params: &Params) -> Self {
+    pub fn new(accel: &Accel<'_>, options: &Options) -> Self {
         let scene = accel.scene();
         let grid = bounds(&scene.mesh).map_or_else(Grid::default, |b| Grid::around(&b, options.grid));
-        let openness = Openness { points: options.open_points, reach: params.open_reach };
+        let openness = Openness { points: options.open_points, reach: options.open_reach };
         let voxeliser = Voxeliser::new(accel, grid, openness);
         let mut fitted = Self {
             directions: Arc::new(spiral(options.directions)),

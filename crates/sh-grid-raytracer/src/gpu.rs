@@ -387,7 +387,8 @@ pub(crate) fn radiance(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
 pub(crate) fn levels(b: &Build<'_>, pass: &mut Pass) -> Result<(), GpuError> {
     for (buffer, level) in b.buffers.levels.iter().zip(b.setup.fitted.pyramid.levels.iter().skip(1)) {
         let own = [named("level", buffer)];
-        b.compute(pass, (&SH_GRID_RADIANCE, "sum_level"), with_room(level.count as usize), &own)?;
+        // As many as there can be: a level may grow more than the lists of all.
+        b.compute(pass, (&SH_GRID_RADIANCE, "sum_level"), level.grid.len() as u64, &own)?;
     }
     Ok(())
 }

@@ -111,12 +111,4 @@ impl Grid {
         let size = UVec3::new(half(self.size.x), half(self.size.y), half(self.size.z));
         Self { cell: self.cell * 2.0, size, ..*self }
     }
-
-    /// Levels until one cell holds all.
-    #[must_use]
-    pub const fn levels(&self) -> u32 {
-        let longest = if self.size.x > self.size.y { self.size.x } else { self.size.y };
-        let longest = if longest > self.size.z { longest } else { self.size.z };
-        longest.next_power_of_two().ilog2() + 1
-    }
 }

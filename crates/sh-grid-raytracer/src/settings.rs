@@ -78,6 +78,9 @@ indirect_core::settings! {
         /// Points on the surfaces of a face's area from which it is asked how much of their light gets away from them; 0: all does. Higher:
         /// better told where surfaces lie close to each other.
         pub open_points: u32 = 64, 0..=1024;
+        /// How far light must get from a surface to count as leaving its cell, in cells. Higher: what shines into gaps is left out of more
+        /// of them.
+        pub open_reach: f32 = 1.0, 0.0..=4.0;
         /// Which cells a point's light is interpolated from.
         pub weights: Weights = Weights::Visible;
         /// How a pixel gathers its light.
@@ -140,9 +143,6 @@ indirect_core::settings! {
     pub struct Params {
         /// Farthest centre of a cell that a point's light is interpolated from, in cells: r_max of §4.1.
         pub reach: f32 = 1.75, 0.9..=1.75;
-        /// How far light must get from a surface to count as leaving its cell, in cells. Higher: what shines into gaps is left out of more
-        /// of them. Takes effect where the scene is fitted.
-        pub open_reach: f32 = 1.0, 0.0..=4.0;
         /// Least area of a surface in a cell that its own photons are trusted for, in faces; the rest is filled from the next level.
         pub least_area: f32 = 0.05, 0.0..=10.0;
         /// Distance from which on nothing darkens, in units of the scene's diagonal, obscurance=on: R_max/w_oc.

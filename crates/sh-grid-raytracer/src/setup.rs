@@ -31,7 +31,7 @@ impl Setup {
         if self.options.open_points == 0 {
             0.0
         } else {
-            self.params.open_reach * self.fitted.voxels.grid.cell
+            self.options.open_reach * self.fitted.voxels.grid.cell
         }
     }
 

@@ -27,7 +27,7 @@ fn soup(triangles: &[Triangle]) -> Scene {
 }
 
 fn fit(accel: &Accel<'_>, grid: u32) -> Fitted {
-    Fitted::new(accel, &Options { grid, open_points: 0, ..options() }, &Params::default())
+    Fitted::new(accel, &Options { grid, open_points: 0, ..options() })
 }
 
 /// Number of a fine cell in its cell.

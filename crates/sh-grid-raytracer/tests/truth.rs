@@ -27,7 +27,7 @@ fn grey() -> Scene {
 /// No light is lost in gaps: for scenes in which there are none.
 fn fit(accel: &Accel<'_>, grid: u32, directions: u32) -> Fitted {
     let options = Options { grid, directions, open_points: 0, samples: 512, ..Options::default() };
-    Fitted::new(accel, &options, &Params::default())
+    Fitted::new(accel, &options)
 }
 
 /// Radiance of a wall over the true one.
@@ -404,13 +404,12 @@ fn light_between_a_lamp_and_its_ceiling_does_not_shine_through_the_lamp() {
         10.0,
     );
     // A wider gap is told from the room only by a longer reach: 0.02 are two thirds of a cell.
-    for (gap, params) in [(0.008, Params::default()), (0.02, Params { open_reach: 2.0, ..Params::default() })]
-    {
+    for (gap, open_reach) in [(0.008, Options::default().open_reach), (0.02, 2.0)] {
         let scene = lamp_below_the_ceiling(gap);
         let stage = Stage::new(&scene, camera, [32, 32]);
         let truth = reference(&stage, Bounces::Infinite, 128);
-        let of = |options| compared(&stage.run(&stage.setup(options, params)).image, &truth).1;
-        let base = Options { photons: 131_072, ..Options::default() };
+        let of = |options| compared(&stage.run(&stage.setup(options, Params::default())).image, &truth).1;
+        let base = Options { photons: 131_072, open_reach, ..Options::default() };
         let (right, wrong) = (of(base), of(Options { open_points: 0, ..base }));
         println!("gap {gap}: bias {right:+.3}, {wrong:+.3} with open-points=0");
         assert!(right.abs() <= 0.05, "{gap}: {right}");

@@ -84,7 +84,8 @@ fn obscurance(local: &Local, looks: &Looks<'_>, pixel: u32, n: Vec3, range: f32)
     if sums.y > 0.0 { sums.x / sums.y } else { 1.0 }
 }
 
-/// Of every pixel irradiance, W/m², and a number that differs where something else is seen, by `rays` rays with the density of the cosine, each with one look at the R-grid where it ends.
+/// Of every pixel irradiance, W/m², and a number that differs where something else is seen: by `rays` rays with the density of the
+/// cosine, each with one look at the R-grid where it ends.
 #[must_use]
 pub fn gather_final(sight: &Sight<'_>, rays: u32, seed: u32, camera: &GBuffer) -> Vec<Vec4> {
     each_pixel(camera, |pixel, p, n| {

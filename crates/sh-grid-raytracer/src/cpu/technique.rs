@@ -15,7 +15,7 @@ impl Fit for ShGridRaytracer {
     fn fit(accel: &Accel<'_>, options: Options, params: Params) -> Result<Setup, Error> {
         options.validate()?;
         params.validate()?;
-        Ok(Setup { options, params, fitted: Fitted::new(accel, &options, &params) })
+        Ok(Setup { options, params, fitted: Fitted::new(accel, &options) })
     }
 
     fn refit(setup: &mut Setup, accel: &Accel<'_>) {

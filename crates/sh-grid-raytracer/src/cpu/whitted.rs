@@ -202,7 +202,7 @@ impl Whitted<'_> {
         sum + asked / self.emitter_points as f32
     }
 
-    /// Irradiance from a point of an emissive triangle that is drawn with the probability `share`.
+    /// Irradiance from a point of an emissive triangle that is drawn with the probability `share`; bounded close to it, which darkens a little.
     fn emitted(&self, e: &Emitter, share: f32, u: Vec2, origin: Vec3, point: &Point) -> Vec3 {
         let (q, normal) = emitter_point(e, u);
         let v = q - point.surface.position;
