@@ -338,10 +338,14 @@ impl GpuTechnique for ShGridRaytracer {
     fn prepare(b: &mut Buffers, queue: &Queue, inputs: &Inputs<'_>, setup: &Setup) -> Result<(), Error> {
         setup.params.validate()?;
         let moved = !std::sync::Arc::ptr_eq(&b.setup.fitted.voxels, &setup.fitted.voxels);
-        b.setup = setup.clone();
+        let before = core::mem::replace(&mut b.setup, setup.clone());
         if moved {
-            b.write_geometry(queue)?;
-            b.accel.write(queue, &setup.fitted.tree)?;
+            let written = b.write_geometry(queue);
+            if let Err(e) = written.and_then(|()| Ok(b.accel.write(queue, &setup.fitted.tree)?)) {
+                // Refused again the next time: what did not fit is not there.
+                b.setup = before;
+                return Err(e);
+            }
         }
         b.setup.fitted.sources.set_lights(inputs.lights);
         b.photons.write_lights(queue, &b.setup.fitted.sources, setup.params.seed)?;

@@ -149,6 +149,7 @@ fn more_cells_than_there_is_room_for_are_refused() {
     let view = view(1.0);
     let inputs = Inputs { lights: &large.lights, views: &[], camera: &view };
     assert!(resources.prepare(&context.queue, &inputs, &setup).is_ok());
+    assert!(resources.prepare(&context.queue, &inputs, &grown).is_err());
     let error = resources.prepare(&context.queue, &inputs, &grown).unwrap_err();
     assert!(
         matches!(error, Error::Capacity { .. }) && error.to_string().contains("make new resources"),
