@@ -1,6 +1,6 @@
 //! What each entry point binds. Written by the test `bindings`, see the crate's page.
 
-use crate::entry_point::BindingKind::{Read, ReadWrite, TextureFloat, TextureUint, Uniform};
+use crate::entry_point::BindingKind::{Read, ReadWrite, StorageTexture, TextureFloat, TextureUint, Uniform};
 use crate::entry_point::{Binding, BindingKind, EntryPoint};
 
 const fn at(group: u32, binding: u32, name: &'static str, kind: BindingKind) -> Binding {
@@ -956,5 +956,25 @@ pub(crate) const ENTRY_POINTS: &[EntryPoint] = &[
         at(1, 3, "gbuffer_normal", ReadWrite),
         at(1, 4, "gbuffer_albedo", ReadWrite),
         at(1, 5, "gbuffer_triangle", ReadWrite),
+    ] },
+    EntryPoint { module: "IMPORT", name: "import_texels", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "import_settings", Uniform),
+        at(0, 1, "import_depth", TextureFloat),
+        at(0, 2, "import_normal", TextureFloat),
+        at(0, 3, "import_albedo", TextureFloat),
+        at(0, 4, "gbuffer_position", ReadWrite),
+        at(0, 5, "gbuffer_normal", ReadWrite),
+        at(0, 6, "gbuffer_albedo", ReadWrite),
+        at(0, 7, "gbuffer_triangle", ReadWrite),
+    ] },
+    EntryPoint { module: "EXPORT", name: "export_texels", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "export_size", Uniform),
+        at(0, 1, "image", Read),
+        at(0, 2, "export_texture", StorageTexture),
+    ] },
+    EntryPoint { module: "POSE", name: "pose_vertices", workgroup_size: [64, 1, 1], bindings: &[
+        at(0, 0, "pose", Uniform),
+        at(0, 1, "rest_vertices", Read),
+        at(0, 2, "posed_vertices", ReadWrite),
     ] },
 ];

@@ -24,6 +24,8 @@ pub enum BindingKind {
     TextureFloat,
     /// `texture_2d<u32>`.
     TextureUint,
+    /// `texture_storage_2d<rgba16float, write>`.
+    StorageTexture,
 }
 
 /// An entry point as naga reflects it; a test of this crate holds the table against the sources.

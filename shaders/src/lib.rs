@@ -417,4 +417,10 @@ modules! {
     RESOLVE = [
         "core/view.wgsl", "core/texture.wgsl", "core/scene.wgsl", "core/surface.wgsl", "raster/resolve.wgsl",
     ] => ["resolve"];
+    /// Textures of a renderer's G-buffer to ours; host: `indirect_gpu::GBufferImport`.
+    IMPORT = ["core/grid.wgsl", "core/view.wgsl", "core/octahedral.wgsl", "raster/import.wgsl"] => ["import_texels"];
+    /// An image to a texture of half floats; host: `indirect_gpu::ImageExport`.
+    EXPORT = ["core/grid.wgsl", "raster/export.wgsl"] => ["export_texels"];
+    /// Vertices of objects that move; host: `indirect_gpu::MovingObjects`.
+    POSE = ["core/grid.wgsl", "raster/pose.wgsl"] => ["pose_vertices"];
 }

@@ -11,7 +11,7 @@ use naga::{AddressSpace, ImageClass, ScalarKind, StorageAccess, TypeInner};
 fn the_table_of_bindings_is_that_of_the_sources() {
     let mut text = String::from(
         "//! What each entry point binds. Written by the test `bindings`, see the crate's page.\n\n\
-         use crate::entry_point::BindingKind::{Read, ReadWrite, TextureFloat, TextureUint, Uniform};\n\
+         use crate::entry_point::BindingKind::{Read, ReadWrite, StorageTexture, TextureFloat, TextureUint, Uniform};\n\
          use crate::entry_point::{Binding, BindingKind, EntryPoint};\n\n\
          const fn at(group: u32, binding: u32, name: &'static str, kind: BindingKind) -> Binding {\n    \
          Binding { group, binding, name, kind }\n}\n\n\
@@ -40,6 +40,7 @@ fn the_table_of_bindings_is_that_of_the_sources() {
                                 ..
                             },
                         ) => "TextureUint",
+                        (_, TypeInner::Image { class: ImageClass::Storage { .. }, .. }) => "StorageTexture",
                         (_, TypeInner::Image { .. }) => "TextureFloat",
                         _ => "unknown",
                     };

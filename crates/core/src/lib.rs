@@ -54,4 +54,4 @@ pub use pass::PassTime;
 pub use profile::SceneProfile;
 pub use ray::{Hit, Ray};
 pub use scene::{Aabb, Camera, CameraProjection, Mesh, Scene, Surface};
-pub use view::{MapView, Projection, View};
+pub use view::{BadClipMatrix, ClipView, MapView, Projection, View};

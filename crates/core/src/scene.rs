@@ -1,4 +1,6 @@
-use glam::{Vec2, Vec3};
+use core::ops::Range;
+
+use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use crate::{AlphaMode, Light, LightKind, Material, Projection, SceneError, Texture, TextureRef, View, math};
 
@@ -90,6 +92,31 @@ impl Mesh {
     pub fn area(&self, triangle: u32) -> f32 {
         let [a, b, c] = self.corners(triangle);
         0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// The matrix that turns normals where `matrix` moves points: its cofactors, which need no inverse, so that a flattened object
+    /// has normals too. Lengths change.
+    #[must_use]
+    pub fn normal_matrix(matrix: &Affine3A) -> Mat3 {
+        let m = Mat3::from(matrix.matrix3);
+        let cofactors =
+            Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+        // A mirrored object keeps its normals on the side that they were on.
+        if m.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
+    }
+
+    /// Places `vertices` where `world_from_rest` moves those of `rest`, the same mesh at rest; what neither mesh has is left out. The
+    /// twin of `raster/pose.wgsl`.
+    pub fn pose(&mut self, rest: &Self, vertices: Range<usize>, world_from_rest: &Affine3A) {
+        let normals = Self::normal_matrix(world_from_rest);
+        for i in vertices {
+            if let (Some(to), Some(from)) = (self.positions.get_mut(i), rest.positions.get(i)) {
+                *to = world_from_rest.transform_point3(*from);
+            }
+            if let (Some(to), Some(from)) = (self.normals.get_mut(i), rest.normals.get(i)) {
+                *to = math::normalize_or(normals * *from, *from);
+            }
+        }
     }
 
     /// Appends a flat polygon (a fan over `corners`, counter-clockwise seen from the front) with its plane's normal.

@@ -1,4 +1,4 @@
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{DVec2, DVec3, DVec4, Mat4, Vec2, Vec3, Vec4};
 
 use crate::{Ray, solid_angle};
 
@@ -210,10 +210,143 @@ impl View {
     }
 }
 
+/// A renderer's matrix from world to clip space, taken apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClipView {
+    /// The view whose image the matrix makes; its `near` and `far` are the view depths of the NDC depths 1 and 0, or 0 and 1.
+    pub view: View,
+    /// How far the image is shifted off the view's axis, in NDC: the jitter of temporal anti-aliasing. A point that `view` sees at
+    /// `p` is at `p + offset`.
+    pub offset: Vec2,
+    /// View depth, metres, is `scale / (z − shift)` (perspective) or `(z − shift) / scale` (orthographic) for an NDC depth `z`.
+    pub scale: f32,
+    /// See `scale`.
+    pub shift: f32,
+    /// Whether NDC depth is 1 at the near plane and falls with distance.
+    pub reversed: bool,
+}
+
+/// Why a matrix is not that of a [`View`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BadClipMatrix {
+    /// Not invertible, or not finite.
+    #[error("clip_from_world is singular or not finite")]
+    Singular,
+    /// Shears, or scales the axes differently.
+    #[error(
+        "clip_from_world shears the world: it must be a rigid view and a perspective or orthographic projection"
+    )]
+    Sheared,
+    /// Turns right-handed axes into left-handed ones.
+    #[error("clip_from_world mirrors the image: NDC y must point up, as WebGPU has it")]
+    Mirrored,
+}
+
+/// Largest cosine between two axes of a view that rounding of an f32 matrix explains: entries are rounded to 2⁻²⁴ of themselves, and
+/// renderers make them by a few multiplications.
+const SQUARE: f64 = 1e-4;
+
+impl View {
+    /// The view of a renderer that has one matrix from a right-handed world to clip space, with NDC as WebGPU has it (y up, z in
+    /// `[0, 1]`), depth reversed or not, the far plane finite or not.
+    ///
+    /// In double precision, so that nothing is lost beside what the matrix' own rounding cost.
+    ///
+    /// # Errors
+    /// [`BadClipMatrix`] where no view makes that image.
+    pub fn from_clip(clip_from_world: &Mat4) -> Result<ClipView, BadClipMatrix> {
+        let m = clip_from_world.transpose();
+        let row = |v: Vec4| -> DVec4 { v.as_dvec4() };
+        let (x, y, z, w) = (row(m.x_axis), row(m.y_axis), row(m.z_axis), row(m.w_axis));
+        let determinant = f64::from(clip_from_world.determinant());
+        if !(clip_from_world.is_finite() && determinant.is_finite() && determinant != 0.0) {
+            return Err(BadClipMatrix::Singular);
+        }
+        let across = x.truncate().length() + y.truncate().length();
+        let perspective = w.truncate().length() > 1e-7 * across;
+        // Homogeneous coordinates have no scale of their own: w is made view depth, or 1.
+        let unit = if perspective { w.truncate().length() } else { w.w };
+        let (x, y, z, w) = (x / unit, y / unit, z / unit, w / unit);
+        let offset = if perspective {
+            DVec2::new(x.truncate().dot(w.truncate()), y.truncate().dot(w.truncate()))
+        } else {
+            DVec2::ZERO
+        };
+        let (x, y) = (x - w * offset.x, y - w * offset.y);
+        let half = DVec2::new(1.0 / x.truncate().length(), 1.0 / y.truncate().length());
+        let (right, up) = (x.truncate() * half.x, y.truncate() * half.y);
+        let forward = up.cross(right);
+        if !(half.is_finite() && right.dot(up).abs() < SQUARE) {
+            return Err(BadClipMatrix::Sheared);
+        }
+        // Depth along `forward` of what the third row measures.
+        let axis = if perspective { w.truncate() } else { z.truncate().normalize_or_zero() };
+        let along = forward.dot(axis);
+        if perspective && along < 0.0 {
+            return Err(BadClipMatrix::Mirrored);
+        }
+        if (1.0 - along.abs()) > SQUARE
+            || z.truncate().cross(forward).length() > SQUARE * z.truncate().length()
+        {
+            return Err(BadClipMatrix::Sheared);
+        }
+        let slope = z.truncate().dot(forward);
+        let plane = |row: DVec4, scale: f64| -row.w * scale;
+        let (view, scale, shift, reversed, offset) = if perspective {
+            let origin = right * plane(x, half.x) + up * plane(y, half.y) + forward * plane(w, 1.0);
+            // NDC z = slope + b / depth.
+            let b = z.w - slope * w.w;
+            let reversed = b > 0.0;
+            let [near, far] = if reversed { [1.0, 0.0] } else { [0.0, 1.0] }.map(|ndc: f64| {
+                // A matrix made in f32 leaves a little of what should be 0 for an infinite far plane.
+                let rest = ndc - slope;
+                if rest.abs() < 1e-7 { f64::INFINITY } else { b / rest }
+            });
+            let tan_half = half.as_vec2();
+            let projection = Projection::Perspective { tan_half };
+            // Beyond the far plane of a matrix whose far plane rounds to infinity or past it lies nothing.
+            let far = if far > near { far } else { f64::INFINITY };
+            (of(origin, right, up, forward, projection, [near, far]), b, slope, reversed, offset)
+        } else {
+            // NDC z = shift + depth · slope from the plane through the world's origin; the view starts at its near plane.
+            let reversed = slope < 0.0;
+            let [near, far] =
+                if reversed { [1.0, 0.0] } else { [0.0, 1.0] }.map(|ndc: f64| (ndc - z.w) / slope);
+            let origin = right * plane(x, half.x) + up * plane(y, half.y) + forward * near;
+            let projection = Projection::Orthographic { half_size: half.as_vec2() };
+            let view = of(origin, right, up, forward, projection, [0.0, far - near]);
+            (view, slope, if reversed { 1.0 } else { 0.0 }, reversed, offset)
+        };
+        Ok(ClipView { view, offset: offset.as_vec2(), scale: scale as f32, shift: shift as f32, reversed })
+    }
+}
+
+/// A view from double precision.
+fn of(
+    origin: DVec3,
+    right: DVec3,
+    up: DVec3,
+    forward: DVec3,
+    projection: Projection,
+    [near, far]: [f64; 2],
+) -> View {
+    View {
+        origin: origin.as_vec3(),
+        right: right.as_vec3(),
+        up: up.as_vec3(),
+        forward: forward.as_vec3(),
+        projection,
+        near: near as f32,
+        far: far as f32,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use glam::camera::{lh, rh, rh::proj::directx};
 
     fn views() -> [View; 2] {
         let look = |p, far| {
@@ -310,5 +443,92 @@ mod tests {
         assert!(
             orthographic.texel_solid_angle(0, 0, size).is_none() && perspective.texel_area(size).is_none()
         );
+    }
+
+    fn assert_same(found: &View, view: &View) {
+        for (f, v) in [(found.right, view.right), (found.up, view.up), (found.forward, view.forward)] {
+            assert!((f - v).length() < 1e-5, "{found:?}");
+        }
+        assert!((found.origin - view.origin).length() < 1e-4, "{found:?}");
+        let half = |v: &View| match v.projection {
+            Projection::Perspective { tan_half } => tan_half,
+            Projection::Orthographic { half_size } => half_size,
+        };
+        assert!((half(found) / half(view) - 1.0).abs().max_element() < 1e-5);
+        assert_eq!(core::mem::discriminant(&found.projection), core::mem::discriminant(&view.projection));
+    }
+
+    #[test]
+    fn views_come_back_from_their_matrix() {
+        let [perspective, mut orthographic] = views();
+        orthographic.near = 0.0;
+        let finite = View { far: 80.0, ..perspective };
+        for view in [perspective, finite, orthographic] {
+            let c = View::from_clip(&view.clip_from_world()).unwrap();
+            assert_same(&c.view, &view);
+            assert!(c.reversed && c.offset.length() < 1e-6, "{c:?}");
+            assert!((c.view.near - view.near).abs() < 1e-4 * view.near.max(1.0), "{c:?}");
+            // An f32 matrix holds 1 / far beside 1 / near: what is left of a far plane 800 times as far has 2⁻²⁴ · 800 of error.
+            let far = (c.view.far - view.far).abs() / view.far;
+            assert!(c.view.far == view.far || far < 1e-3, "{c:?}");
+            for depth in [0.5, 3.0, 40.0] {
+                let clip = view.clip_from_world() * (view.origin + view.forward * depth).extend(1.0);
+                let z = clip.z / clip.w;
+                let found = match view.projection {
+                    Projection::Perspective { .. } => c.scale / (z - c.shift),
+                    Projection::Orthographic { .. } => (z - c.shift) / c.scale,
+                };
+                // z has 2⁻²⁴ of 1, and depth / near · depth as much.
+                assert!((found - depth).abs() < 1e-6 * depth * depth / 0.1 + 1e-4, "{found} {depth}");
+            }
+        }
+    }
+
+    #[test]
+    fn matrices_of_other_renderers_are_understood() {
+        let eye = Vec3::new(3.0, 1.0, -2.0);
+        let world = rh::view::look_to_mat4(eye, Vec3::new(0.3, -0.2, 1.0).normalize(), Vec3::Y);
+        let tan = 0.4_f32;
+        let (fov, aspect) = (2.0 * tan.atan(), 1.6);
+        let cases = [
+            (directx::perspective(fov, aspect, 0.1, 100.0), false, 100.0),
+            (directx::perspective_infinite_reverse(fov, aspect, 0.1), true, f32::INFINITY),
+            (directx::perspective_infinite(fov, aspect, 0.1), false, f32::INFINITY),
+        ];
+        for (projection, reversed, far) in cases {
+            let c = View::from_clip(&(projection * world)).unwrap();
+            assert_eq!(c.reversed, reversed);
+            assert!((c.view.origin - eye).length() < 1e-4, "{c:?}");
+            assert!((c.view.near - 0.1).abs() < 1e-4, "{c:?}");
+            assert!(c.view.far == far || (c.view.far / far - 1.0).abs() < 2e-3, "{c:?}");
+            let expected = Projection::Perspective { tan_half: Vec2::new(tan * aspect, tan) };
+            assert_same(&c.view, &View { projection: expected, ..c.view });
+            // The jitter of temporal anti-aliasing.
+            let jitter = Mat4::from_translation(Vec3::new(0.003, -0.001, 0.0));
+            let j = View::from_clip(&(jitter * projection * world)).unwrap();
+            assert!((j.offset - Vec2::new(0.003, -0.001)).length() < 1e-6, "{j:?}");
+            assert_same(&j.view, &c.view);
+        }
+        // A left-handed world, and clip space that points down.
+        let left = lh::proj::directx::perspective(fov, aspect, 0.1, 50.0)
+            * lh::view::look_to_mat4(eye, Vec3::new(0.3, -0.2, 1.0).normalize(), Vec3::Y);
+        assert_eq!(View::from_clip(&left), Err(BadClipMatrix::Mirrored));
+        let down = rh::proj::vulkan::perspective(fov, aspect, 0.1, 50.0) * world;
+        assert_eq!(View::from_clip(&down), Err(BadClipMatrix::Mirrored));
+        let ortho = directx::orthographic(-2.0, 2.0, -1.0, 1.0, 0.5, 9.0) * world;
+        let c = View::from_clip(&ortho).unwrap();
+        assert!(!c.reversed && (c.view.far - 8.5).abs() < 1e-3, "{c:?}");
+    }
+
+    #[test]
+    fn matrices_of_no_view_are_refused() {
+        let good = views()[0].clip_from_world();
+        let flipped = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)) * good;
+        assert_eq!(View::from_clip(&flipped), Err(BadClipMatrix::Mirrored));
+        let mut shear = Mat4::IDENTITY;
+        shear.y_axis.x = 0.5;
+        assert_eq!(View::from_clip(&(shear * good)), Err(BadClipMatrix::Sheared));
+        assert_eq!(View::from_clip(&Mat4::ZERO), Err(BadClipMatrix::Singular));
+        assert_eq!(View::from_clip(&(good * f32::NAN)), Err(BadClipMatrix::Singular));
     }
 }

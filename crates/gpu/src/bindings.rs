@@ -3,7 +3,8 @@
 use indirect_shaders::{Binding, BindingKind, EntryPoint};
 use wgpu::{
     BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingResource, BindingType,
-    BufferBindingType, Device, ShaderStages, TextureSampleType, TextureViewDimension,
+    BufferBindingType, Device, ShaderStages, StorageTextureAccess, TextureFormat, TextureSampleType,
+    TextureViewDimension,
 };
 
 use crate::GpuError;
@@ -49,6 +50,11 @@ fn binding_type(kind: BindingKind) -> BindingType {
         BindingKind::ReadWrite => buffer(BufferBindingType::Storage { read_only: false }),
         BindingKind::TextureFloat => texture(TextureSampleType::Float { filterable: false }),
         BindingKind::TextureUint => texture(TextureSampleType::Uint),
+        BindingKind::StorageTexture => BindingType::StorageTexture {
+            access: StorageTextureAccess::WriteOnly,
+            format: TextureFormat::Rgba16Float,
+            view_dimension: TextureViewDimension::D2,
+        },
     }
 }
 

@@ -1,4 +1,6 @@
-use indirect_core::SceneError;
+use core::ops::Range;
+
+use indirect_core::{BadClipMatrix, SceneError};
 use thiserror::Error;
 
 /// What can go wrong between the CPU and the GPU.
@@ -52,6 +54,55 @@ pub enum GpuError {
         kernel: String,
         /// The name.
         name: &'static str,
+    },
+    /// A texture or buffer that the caller gave is of another size than needed.
+    #[error("{what} must have {}×{} texels, but has {}×{}", needed[0], needed[1], found[0], found[1])]
+    Size {
+        /// What was given.
+        what: &'static str,
+        /// Texels needed.
+        needed: [u32; 2],
+        /// Texels found.
+        found: [u32; 2],
+    },
+    /// A texture that the caller gave cannot be used.
+    #[error("{what} must be a texture of {needed}, but is one of {found}")]
+    Texture {
+        /// What was given.
+        what: &'static str,
+        /// Format and usages needed.
+        needed: &'static str,
+        /// Format and usages found.
+        found: String,
+    },
+    /// A buffer that the caller gave lacks a usage.
+    #[error("{what} must have the usages {needed:?}, but has {found:?}")]
+    Usage {
+        /// What was given.
+        what: &'static str,
+        /// Usages needed.
+        needed: wgpu::BufferUsages,
+        /// Usages found.
+        found: wgpu::BufferUsages,
+    },
+    /// A matrix is not that of a camera.
+    #[error(transparent)]
+    ClipMatrix(#[from] BadClipMatrix),
+    /// The scene has no such vertices.
+    #[error("vertices {}..{} of a scene that has {count}", range.start, range.end)]
+    Vertices {
+        /// Vertices asked for.
+        range: Range<u32>,
+        /// Vertices of the scene.
+        count: u32,
+    },
+    /// There is no such moving object.
+    #[error("object {object} of {count}")]
+    NoObject {
+        /// Index asked for.
+        object: usize,
+        /// Number of objects.
+        count: usize,
     },
     /// The scene is not valid.
     #[error(transparent)]

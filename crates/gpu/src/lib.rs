@@ -5,8 +5,11 @@ mod buffer;
 mod compact;
 mod context;
 mod error;
+mod export;
+mod import;
 mod kernel;
 pub mod layout;
+mod objects;
 mod pass;
 mod pipelines;
 mod plan;
@@ -21,10 +24,16 @@ pub use buffer::{empty_storage_buffer, read_buffer, read_range, storage_buffer, 
 pub use compact::{Compact, CompactBuffers};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
+pub use export::ImageExport;
+pub use import::{
+    DepthEncoding, GBufferFormat, GBufferImport, GBufferTextures, ImportUniform, ImportedTexel,
+    NormalEncoding,
+};
 pub use indirect_core::PassTime;
 pub use indirect_shaders as shaders;
 pub use kernel::{Kernel, shader_module, workgroups_1d, workgroups_2d};
 pub use layout::{Vec3Pad, ViewUniform};
+pub use objects::{MovingObjects, PoseUniform};
 pub use pass::{Pass, Use};
 pub use pipelines::Pipelines;
 pub use plan::Plan;

@@ -133,6 +133,25 @@ impl Plan {
         Ok(())
     }
 
+    /// `old`, where it is as large as the buffer of that name, here and in `probe`; else a new one, zeroed.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn recreate(
+        &self,
+        device: &Device,
+        name: &'static str,
+        old: &Buffer,
+        probe: &Self,
+    ) -> Result<Buffer, GpuError> {
+        let size = |plan: &Self| plan.items().find(|i| i.0 == name).map(|i| i.1);
+        let wanted = size(self);
+        if wanted == Some(old.size()) && wanted == size(probe) {
+            return Ok(old.clone());
+        }
+        self.create(device, name)
+    }
+
     /// Makes the buffer of that name, zeroed.
     ///
     /// # Errors
@@ -196,6 +215,7 @@ macro_rules! buffers {
         #[derive(Debug, Clone)]
         $vis struct $name { $($(#[$field_doc])* $vis $field: $crate::wgpu::Buffer,)+ }
 
+        #[allow(dead_code, reason = "a set of buffers may never be resized")]
         impl $name {
             /// What will be allocated.
             #[must_use]
@@ -213,6 +233,21 @@ macro_rules! buffers {
             $vis fn new(device: &$crate::wgpu::Device, sizes: &$sizes) -> Result<Self, $crate::GpuError> {
                 let plan = Self::plan(sizes);
                 Ok(Self { $($field: plan.create(device, stringify!($field))?,)+ })
+            }
+
+            /// Buffers for `sizes` that keep those of this set, with what they hold, whose length `probe`, the same for an image of
+            /// another size, does not change; the others are new and zeroed.
+            ///
+            /// # Errors
+            /// As [`Self::new`].
+            $vis fn resized(
+                &self,
+                device: &$crate::wgpu::Device,
+                sizes: &$sizes,
+                probe: &$sizes,
+            ) -> Result<Self, $crate::GpuError> {
+                let (plan, probe) = (Self::plan(sizes), Self::plan(probe));
+                Ok(Self { $($field: plan.recreate(device, stringify!($field), &self.$field, &probe)?,)+ })
             }
 
             /// All of them by name.

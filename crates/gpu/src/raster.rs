@@ -25,6 +25,12 @@ buffers! {
         gbuffer_albedo: [Vec3Pad] = texels;
         /// Index of the triangle.
         gbuffer_triangle: [u32] = texels;
+    }
+}
+
+buffers! {
+    /// What a [`GBufferTarget`] that is drawn has beside these.
+    struct ViewBuffers for () {
         /// The view.
         view: ViewUniform;
     }
@@ -48,6 +54,12 @@ pub struct GBufferTarget {
     /// Index of the triangle, `array<u32>`.
     pub triangle: Buffer,
     size: [u32; 2],
+    drawn: Option<Drawn>,
+}
+
+/// What a [`Raster`] needs to draw one.
+#[derive(Debug, Clone)]
+struct Drawn {
     view: Buffer,
     attachments: Attachments,
     tile: [u32; 2],
@@ -69,7 +81,7 @@ impl GBufferTarget {
         for grid in grids(size, count) {
             plan = plan.and(Attachments::plan(grid.texels(size)));
             for _ in 0..grid.count {
-                plan = plan.and(GBufferBuffers::plan(&size));
+                plan = plan.and(GBufferBuffers::plan(&size)).and(ViewBuffers::plan(&()));
             }
         }
         plan
@@ -101,11 +113,68 @@ impl GBufferTarget {
         Ok(targets)
     }
 
-    fn check(device: &Device, size: [u32; 2], count: usize) -> Result<(), GpuError> {
-        let [width, height] = size;
+    /// What [`Self::imported`] will allocate.
+    #[must_use]
+    pub fn plan_imported(size: [u32; 2]) -> Plan {
+        GBufferBuffers::plan(&size)
+    }
+
+    /// Buffers for an image of `size` texels that no [`Raster`] draws: a [`GBufferImport`](crate::GBufferImport) fills them, or the
+    /// caller, in whose shaders they are storage buffers like any other. A [`Raster`] passes it over.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn imported(device: &Device, size: [u32; 2]) -> Result<Self, GpuError> {
+        Self::check_size(size)?;
+        let b = GBufferBuffers::new(device, &size)?;
+        Ok(Self::of(b, size, None))
+    }
+
+    /// The caller's own buffers, which it fills itself: position and view depth, unit normal, Lambertian albedo, each
+    /// `array<vec4<f32>>`, and `array<u32>` of triangles, [`NO_TRIANGLE`] where nothing is seen. All of them 0 there.
+    ///
+    /// # Errors
+    /// [`GpuError::EmptySize`], [`GpuError::Size`] for a buffer that does not hold `size` texels, [`GpuError::Usage`] for one without
+    /// `STORAGE`.
+    pub fn from_buffers(size: [u32; 2], buffers: [Buffer; 4]) -> Result<Self, GpuError> {
+        Self::check_size(size)?;
+        let bytes = [16, 16, 16, 4];
+        let names = ["gbuffer_position", "gbuffer_normal", "gbuffer_albedo", "gbuffer_triangle"];
+        for ((buffer, bytes), what) in buffers.iter().zip(bytes).zip(names) {
+            if buffer.size() < bytes * texels(&size) {
+                let found = [(buffer.size() / bytes) as u32, 1];
+                return Err(GpuError::Size { what, needed: size, found });
+            }
+            let needed = wgpu::BufferUsages::STORAGE;
+            if !buffer.usage().contains(needed) {
+                return Err(GpuError::Usage { what, needed, found: buffer.usage() });
+            }
+        }
+        let [gbuffer_position, gbuffer_normal, gbuffer_albedo, gbuffer_triangle] = buffers;
+        let buffers = GBufferBuffers { gbuffer_position, gbuffer_normal, gbuffer_albedo, gbuffer_triangle };
+        Ok(Self::of(buffers, size, None))
+    }
+
+    fn of(b: GBufferBuffers, size: [u32; 2], drawn: Option<Drawn>) -> Self {
+        Self {
+            position: b.gbuffer_position,
+            normal: b.gbuffer_normal,
+            albedo: b.gbuffer_albedo,
+            triangle: b.gbuffer_triangle,
+            size,
+            drawn,
+        }
+    }
+
+    fn check_size([width, height]: [u32; 2]) -> Result<(), GpuError> {
         if width == 0 || height == 0 {
             return Err(GpuError::EmptySize { what: "a G-buffer", width, height });
         }
+        Ok(())
+    }
+
+    fn check(device: &Device, size: [u32; 2], count: usize) -> Result<(), GpuError> {
+        Self::check_size(size)?;
         Self::plan_of_many(size, count).check(&device.limits())
     }
 
@@ -115,8 +184,9 @@ impl GBufferTarget {
         attachments: Attachments,
         tile: [u32; 2],
     ) -> Result<Self, GpuError> {
-        let b = GBufferBuffers::new(device, &size)?;
+        let (b, view) = (GBufferBuffers::new(device, &size)?, ViewBuffers::new(device, &())?);
         let mut names = b.named();
+        names.extend(view.named());
         names.push(("triangles", BindingResource::TextureView(&attachments.ids)));
         let group = |module: &indirect_shaders::Module, entry, stages| {
             let entry = module.entry_point(entry);
@@ -126,24 +196,16 @@ impl GBufferTarget {
         };
         let visibility_group = group(&VISIBILITY, "visibility_masked", VISIBILITY_STAGES)?;
         let resolve_group = group(&RESOLVE, "resolve", ShaderStages::COMPUTE)?;
-        Ok(Self {
-            position: b.gbuffer_position,
-            normal: b.gbuffer_normal,
-            albedo: b.gbuffer_albedo,
-            triangle: b.gbuffer_triangle,
-            size,
-            view: b.view,
-            attachments,
-            tile,
-            visibility_group,
-            resolve_group,
-        })
+        let drawn = Drawn { view: view.view, attachments, tile, visibility_group, resolve_group };
+        Ok(Self::of(b, size, Some(drawn)))
     }
 
-    /// Sets what will be seen, from the next submission on.
+    /// Sets what will be seen, from the next submission on; nothing to do where no [`Raster`] draws it.
     pub fn prepare(&self, queue: &Queue, view: &View) {
-        let view = ViewUniform { tile: self.tile, ..ViewUniform::new(view, self.size, 0) };
-        queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        if let Some(drawn) = &self.drawn {
+            let view = ViewUniform { tile: drawn.tile, ..ViewUniform::new(view, self.size, 0) };
+            queue.write_buffer(&drawn.view, 0, bytemuck::bytes_of(&view));
+        }
     }
 
     /// Width and height, texels.
@@ -163,10 +225,20 @@ impl GBufferTarget {
         ]
     }
 
+    /// Its buffers by the names under which shaders write them.
+    pub(crate) fn results(&self) -> [Named<'_>; 4] {
+        [
+            named("gbuffer_position", &self.position),
+            named("gbuffer_normal", &self.normal),
+            named("gbuffer_albedo", &self.albedo),
+            named("gbuffer_triangle", &self.triangle),
+        ]
+    }
+
     /// GPU memory, bytes, of an image that shares no render targets.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        Self::plan(self.size).bytes()
+        if self.drawn.is_some() { Self::plan(self.size) } else { Self::plan_imported(self.size) }.bytes()
     }
 
     /// The image as the CPU has it. Submits and blocks.
@@ -339,10 +411,13 @@ impl Raster {
         scene: &SceneBuffers,
         targets: impl IntoIterator<Item = &'a GBufferTarget, IntoIter: Clone>,
     ) {
-        let targets = targets.into_iter();
+        let targets = targets.into_iter().filter_map(|t| t.drawn.as_ref().map(|drawn| (t.size, drawn)));
         let pipeline = if scene.is_masked() { &self.masked } else { &self.opaque };
         let mut rest = targets.clone().peekable();
-        while let Some(first) = rest.next() {
+        if rest.peek().is_none() {
+            return;
+        }
+        while let Some((size, first)) = rest.next() {
             let pass = wgpu::RenderPassDescriptor {
                 label: None,
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -369,24 +444,25 @@ impl Raster {
             timer.render(encoder, name, &pass, |pass| {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, scene.group(), &[]);
-                let draw = |pass: &mut wgpu::RenderPass<'_>, target: &GBufferTarget| {
-                    let ([x, y], [width, height]) = (target.tile, target.size);
+                let draw = |pass: &mut wgpu::RenderPass<'_>, [width, height]: [u32; 2], target: &Drawn| {
+                    let [x, y] = target.tile;
                     pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
                     pass.set_scissor_rect(x, y, width, height);
                     pass.set_bind_group(1, &target.visibility_group, &[]);
                     pass.draw(0..3 * scene.triangles(), 0..1);
                 };
-                draw(pass, first);
+                draw(pass, size, first);
                 // Those that share the render targets.
-                while let Some(next) = rest.next_if(|t| t.attachments.ids == first.attachments.ids) {
-                    draw(pass, next);
+                while let Some((size, next)) = rest.next_if(|t| t.1.attachments.ids == first.attachments.ids)
+                {
+                    draw(pass, size, next);
                 }
             });
         }
         timer.compute(encoder, name, |pass| {
-            for target in targets {
+            for (size, target) in targets {
                 self.resolve.set(pass, [scene.group(), &target.resolve_group].into_iter());
-                let [x, y, z] = workgroups_2d(target.size, [8, 8]);
+                let [x, y, z] = workgroups_2d(size, [8, 8]);
                 pass.dispatch_workgroups(x, y, z);
             }
         });

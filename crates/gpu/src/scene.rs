@@ -1,7 +1,9 @@
 use bytemuck::Zeroable;
-use indirect_core::{AlphaMode, Scene, Texture, TextureRef, Wrap};
+use core::ops::Range;
+
+use indirect_core::{AlphaMode, Mesh, Scene, Texture, TextureRef, Wrap};
 use indirect_shaders::{Binding, RESOLVE};
-use wgpu::{BindGroup, BindGroupLayout, Buffer, Device, ShaderStages};
+use wgpu::{BindGroup, BindGroupLayout, Buffer, Device, Queue, ShaderStages};
 
 use crate::layout::{MaterialUniform, NO_TEXTURE, SceneInfo, TextureUniform, Vec3Pad};
 use crate::{GpuError, bind_group, bind_group_layout, named, storage_buffer, uniform_buffer};
@@ -19,6 +21,8 @@ pub struct SceneBuffers {
     info: Buffer,
     group: BindGroup,
     triangle_count: u32,
+    vertex_count: u32,
+    vertex_stride: u32,
     masked: bool,
 }
 
@@ -83,6 +87,17 @@ const fn vertex_stride(scene: &Scene) -> u32 {
     if scene.mesh.colors.is_empty() { 2 } else { 3 }
 }
 
+fn vertex_data(mesh: &Mesh, vertices: Range<usize>) -> Vec<Vec3Pad> {
+    let mut data = Vec::with_capacity(vertices.len() * 3);
+    for i in vertices {
+        let uv = mesh.uvs.get(i).copied().unwrap_or_default();
+        data.push(Vec3Pad::new(mesh.positions[i], uv.x));
+        data.push(Vec3Pad::new(mesh.normals[i], uv.y));
+        data.extend(mesh.colors.get(i).map(|color| Vec3Pad::new(*color, 0.0)));
+    }
+    data
+}
+
 impl SceneBuffers {
     /// Bytes of the largest storage buffer that `scene` needs; where that is more than the default limit of 128 MiB, the
     /// device must be asked for it.
@@ -102,13 +117,7 @@ impl SceneBuffers {
         scene.validate()?;
         let mesh = &scene.mesh;
         let stride = vertex_stride(scene);
-        let mut vertices = Vec::with_capacity(mesh.positions.len() * stride as usize);
-        for (i, (position, normal)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
-            let uv = mesh.uvs.get(i).copied().unwrap_or_default();
-            vertices.push(Vec3Pad::new(*position, uv.x));
-            vertices.push(Vec3Pad::new(*normal, uv.y));
-            vertices.extend(mesh.colors.get(i).map(|color| Vec3Pad::new(*color, 0.0)));
-        }
+        let vertices = vertex_data(mesh, 0..mesh.positions.len());
         let triangles: Vec<[u32; 4]> =
             mesh.triangles.iter().zip(&mesh.materials).map(|([a, b, c], m)| [*a, *b, *c, *m]).collect();
         let plan = TexelPlan::of(scene);
@@ -160,11 +169,51 @@ impl SceneBuffers {
             info,
             group,
             triangle_count,
+            vertex_count: mesh.positions.len() as u32,
+            vertex_stride: stride,
             masked: mesh
                 .materials
                 .iter()
                 .any(|m| scene.materials[*m as usize].alpha_mode != AlphaMode::Opaque),
         })
+    }
+
+    /// Overwrites `vertices` with what `mesh` has there now, from the next submission on: for objects whose vertices move among
+    /// themselves. The mesh is the one that was uploaded, moved. See [`MovingObjects`](crate::MovingObjects) for those that move
+    /// as a whole.
+    ///
+    /// # Errors
+    /// [`GpuError::Vertices`] for vertices that the mesh or the scene does not have.
+    pub fn update(&self, queue: &Queue, mesh: &Mesh, vertices: Range<u32>) -> Result<(), GpuError> {
+        let Range { start, end } = vertices;
+        let count = self.vertex_count;
+        let same = mesh.positions.len() == count as usize && mesh.normals.len() == count as usize;
+        if !same || start > end || end > count || mesh.colors.is_empty() == (self.vertex_stride == 3) {
+            return Err(GpuError::Vertices { range: vertices, count });
+        }
+        let data = vertex_data(mesh, start as usize..end as usize);
+        let at = u64::from(start) * u64::from(self.vertex_stride) * size_of::<Vec3Pad>() as u64;
+        queue.write_buffer(&self.vertices, at, bytemuck::cast_slice(&data));
+        Ok(())
+    }
+
+    /// The vertices, `array<vec4<f32>>`, [`Self::vertex_stride`] to a vertex: position, normal and, where the scene has them, colour;
+    /// the fourth components of the first two are the texture coordinates.
+    #[must_use]
+    pub const fn vertex_buffer(&self) -> &Buffer {
+        &self.vertices
+    }
+
+    /// Groups of four floats per vertex.
+    #[must_use]
+    pub const fn vertex_stride(&self) -> u32 {
+        self.vertex_stride
+    }
+
+    /// Number of vertices.
+    #[must_use]
+    pub const fn vertices(&self) -> u32 {
+        self.vertex_count
     }
 
     /// Bind group 0 of every module with `core/scene.wgsl`; its layout is [`scene_layout`].

@@ -45,6 +45,7 @@ fn tree(f: &cpu::Frame<'_, Setup>, o: &Output) -> Vec<crate::Branch> {
 
 impl Technique for ImageSpaceRadiosity {
     const NAME: &'static str = "image-space-radiosity";
+    const MAP_PASSES: &'static [&'static str] = &rsm::MAP_PASSES;
     type Options = Options;
     type Params = Params;
     type Setup = Setup;

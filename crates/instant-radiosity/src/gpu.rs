@@ -142,7 +142,7 @@ buffers! {
 }
 
 /// The tree over all virtual lights of all bounces.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Cuts {
     /// The lights.
     pub lights: CutBuffers,
@@ -151,7 +151,7 @@ pub struct Cuts {
 }
 
 /// All buffers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Buffers {
     /// The maps.
     pub rsm: Maps,
@@ -274,6 +274,8 @@ impl Buffers {
 }
 
 impl GpuTechnique for InstantRadiosity {
+    type Maps = Maps;
+
     fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
         Sizes { size, pixels: u64::from(size[0]) * u64::from(size[1]), maps, setup: setup.clone() }
     }
@@ -335,6 +337,21 @@ impl GpuTechnique for InstantRadiosity {
         buffers.write_geometry(queue);
         queue.write_buffer(&buffers.own.count, 0, bytemuck::bytes_of(&setup.options.slots()));
         Ok(buffers)
+    }
+
+    fn resize(
+        old: &Buffers,
+        device: &Device,
+        _: &Queue,
+        [sizes, probe]: [&Sizes; 2],
+        _: &Setup,
+    ) -> Result<Buffers, GpuError> {
+        let own = old.own.resized(device, sizes, probe)?;
+        Ok(Buffers { own, cuts: sizes.cuts(device)?, size: sizes.size, ..old.clone() })
+    }
+
+    fn maps(buffers: &Buffers) -> &Maps {
+        &buffers.rsm
     }
 
     fn named(b: &Buffers) -> Vec<Named<'_>> {

@@ -89,6 +89,7 @@ fn compensate(f: &cpu::Frame<'_, Setup>, o: &mut Output) {
 
 impl Technique for InstantRadiosity {
     const NAME: &'static str = "instant-radiosity";
+    const MAP_PASSES: &'static [&'static str] = &rsm::MAP_PASSES;
     type Options = Options;
     type Params = Params;
     type Setup = Setup;

@@ -114,7 +114,7 @@ buffers! {
 }
 
 /// All buffers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Buffers {
     /// The maps.
     pub rsm: Maps,
@@ -128,6 +128,8 @@ pub struct Buffers {
 }
 
 impl GpuTechnique for RadianceHints {
+    type Maps = Maps;
+
     fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
         let (options, draw, hints) = (setup.options, setup.draw(), setup.lattice.hints());
         let pixels = u64::from(size[0]) * u64::from(size[1]);
@@ -171,6 +173,23 @@ impl GpuTechnique for RadianceHints {
             indices: (0..s.numbers()).map(index).collect(),
             sizes: s.clone(),
         })
+    }
+
+    fn resize(
+        old: &Buffers,
+        device: &Device,
+        queue: &Queue,
+        [sizes, probe]: [&Sizes; 2],
+        _: &Setup,
+    ) -> Result<Buffers, GpuError> {
+        let own = old.own.resized(device, sizes, probe)?;
+        queue.write_buffer(&own.reduced, 0, bytemuck::bytes_of(&sizes.reduced));
+        let smooth = SmoothBuffers::new(device, &sizes.smoothed())?;
+        Ok(Buffers { own, smooth, sizes: sizes.clone(), ..old.clone() })
+    }
+
+    fn maps(buffers: &Buffers) -> &Maps {
+        &buffers.rsm
     }
 
     fn named(b: &Buffers) -> Vec<Named<'_>> {

@@ -34,6 +34,7 @@ impl Output {
 
 impl Technique for RadianceHints {
     const NAME: &'static str = "radiance-hints";
+    const MAP_PASSES: &'static [&'static str] = &rsm::MAP_PASSES;
     type Options = Options;
     type Params = Params;
     type Setup = Setup;

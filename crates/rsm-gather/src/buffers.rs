@@ -24,7 +24,7 @@ buffers! {
 }
 
 /// All buffers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Buffers {
     /// The maps.
     pub rsm: Maps,

@@ -16,6 +16,8 @@ use crate::settings::Setup;
 pub type Resources = indirect_technique::gpu::Resources<RsmGather>;
 
 impl GpuTechnique for RsmGather {
+    type Maps = Maps;
+
     fn sizes(setup: &Setup, [width, height]: [u32; 2], maps: usize) -> Sizes {
         let pixels = u64::from(width) * u64::from(height);
         Sizes { pixels, resolution: setup.options.resolution, maps, selection: setup.options.selection() }
@@ -35,6 +37,20 @@ impl GpuTechnique for RsmGather {
             slots,
             own: ImageBuffers::new(device, s)?,
         })
+    }
+
+    fn resize(
+        old: &Buffers,
+        device: &Device,
+        _: &Queue,
+        [sizes, probe]: [&Sizes; 2],
+        _: &Setup,
+    ) -> Result<Buffers, GpuError> {
+        Ok(Buffers { own: old.own.resized(device, sizes, probe)?, ..old.clone() })
+    }
+
+    fn maps(buffers: &Buffers) -> &Maps {
+        &buffers.rsm
     }
 
     fn named(buffers: &Buffers) -> Vec<Named<'_>> {

@@ -32,6 +32,7 @@ pub struct Output {
 
 impl Technique for RsmGather {
     const NAME: &'static str = "rsm-gather";
+    const MAP_PASSES: &'static [&'static str] = &rsm::MAP_PASSES;
     type Options = Options;
     type Params = Params;
     type Setup = Setup;

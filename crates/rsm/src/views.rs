@@ -1,7 +1,7 @@
 //! Which windows into the scene a light needs, fitted to the scene's bounds. No constant here has a unit.
 
 use glam::{Vec2, Vec3};
-use indirect_core::{Aabb, Light, LightKind, MapView, Mesh, Projection, Scene, View};
+use indirect_core::{Aabb, Light, LightKind, MapView, Projection, Scene, View};
 
 use crate::layout::LightMap;
 
@@ -29,20 +29,33 @@ pub fn views(scene: &Scene) -> Vec<MapView> {
     let Some(bounds) = scene.bounds().filter(|b| b.diagonal() > 0.0) else { return Vec::new() };
     let lit = scene.lights.iter().enumerate().filter(|(_, l)| l.power.max_element() > 0.0);
     lit.flat_map(|(light, l)| {
-        let views = light_views(l, &scene.mesh, &bounds);
+        let views =
+            light_views(l, &bounds, |d| directional(d, scene.mesh.positions.iter().copied(), &bounds));
         views.into_iter().map(move |view| MapView { light, view })
     })
     .collect()
 }
 
-/// The maps of one light.
-fn light_views(light: &Light, mesh: &Mesh, bounds: &Aabb) -> Vec<View> {
+/// The maps of one light that shines on a scene within `bounds`, without a look at its vertices: for renderers whose scene moves and
+/// that know its bounds. A directional light's map holds the whole box, at worst twice as wide and high as what [`views`] fits to the
+/// vertices. No map for a light without power, or that cannot see the bounds.
+#[must_use]
+pub fn of(light: &Light, bounds: &Aabb) -> Vec<View> {
+    if light.power.max_element() > 0.0 && bounds.diagonal() > 0.0 {
+        light_views(light, bounds, |d| directional(d, bounds.corners(), bounds))
+    } else {
+        Vec::new()
+    }
+}
+
+/// The maps of one light; `parallel` makes that of a directional one.
+fn light_views(light: &Light, bounds: &Aabb, parallel: impl Fn(Vec3) -> Option<View>) -> Vec<View> {
     let range = light.range.unwrap_or(f32::INFINITY);
     let face = |origin: Vec3, forward: Vec3, up: Vec3, tan_half: f32| {
         perspective(origin, forward, up, tan_half, range, bounds)
     };
     match light.kind {
-        LightKind::Directional { direction } => directional(direction, mesh, bounds).into_iter().collect(),
+        LightKind::Directional { direction } => parallel(direction).into_iter().collect(),
         LightKind::Point { position } => [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z]
             .into_iter()
             .filter_map(|forward| {
@@ -84,13 +97,13 @@ fn perspective(
     (max > 0.0 && near < far).then(|| View::look_to(origin, forward, up, projection, near, far))
 }
 
-/// The orthographic view along `direction` that holds every vertex and no more.
-fn directional(direction: Vec3, mesh: &Mesh, bounds: &Aabb) -> Option<View> {
+/// The orthographic view along `direction` that holds every point and no more.
+fn directional(direction: Vec3, points: impl IntoIterator<Item = Vec3>, bounds: &Aabb) -> Option<View> {
     let projection = |half_size| Projection::Orthographic { half_size };
     let centre = bounds.centre();
     let frame = View::look_to(centre, direction, Vec3::Y, projection(Vec2::ONE), 0.0, 1.0);
     // Relative to the centre, so that a scene far from the origin is fitted as tightly.
-    let fitted = Aabb::of(mesh.positions.iter().map(|&p| {
+    let fitted = Aabb::of(points.into_iter().map(|p| {
         let v = p - centre;
         Vec3::new(v.dot(frame.right), v.dot(frame.up), v.dot(frame.forward))
     }))?;

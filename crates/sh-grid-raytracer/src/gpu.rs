@@ -150,7 +150,7 @@ buffers! {
 }
 
 /// All buffers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Buffers {
     /// The photons.
     pub photons: Photons,
@@ -291,6 +291,8 @@ fn ranges(setup: &Setup) -> impl Iterator<Item = DirectionRange> + use<> {
 }
 
 impl GpuTechnique for ShGridRaytracer {
+    type Maps = ();
+
     fn sizes(setup: &Setup, size: [u32; 2], _maps: usize) -> Sizes {
         Sizes { pixels: u64::from(size[0]) * u64::from(size[1]), setup: setup.clone() }
     }
@@ -325,6 +327,21 @@ impl GpuTechnique for ShGridRaytracer {
         // The lists are those that the buffers were made for.
         let _ = buffers.write_geometry(queue);
         Ok(buffers)
+    }
+
+    fn resize(
+        old: &Buffers,
+        device: &Device,
+        _: &Queue,
+        [sizes, probe]: [&Sizes; 2],
+        _: &Setup,
+    ) -> Result<Buffers, GpuError> {
+        let own = old.own.resized(device, sizes, probe)?;
+        Ok(Buffers { own, pixels: sizes.pixels, ..old.clone() })
+    }
+
+    fn maps(_: &Buffers) -> &() {
+        &()
     }
 
     fn named(b: &Buffers) -> Vec<Named<'_>> {

@@ -16,6 +16,8 @@ use crate::gpu::exchange::Exchange;
 pub trait Technique: Sized + 'static {
     /// Its name, for command lines and reports.
     const NAME: &'static str;
+    /// Names of the passes that make the maps of the lights; empty for a technique that has none.
+    const MAP_PASSES: &'static [&'static str] = &[];
     /// What is fixed when buffers are made.
     type Options: Settings + PartialEq;
     /// What may change from frame to frame.

@@ -6,11 +6,13 @@
 //!   mistake.
 //! * [`judge`]: the buffers of a whole frame.
 //! * [`scenes`]: small scenes.
+//! * [`own_renderer`]: a renderer of somebody else, into which techniques are plugged.
 //! * [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
 
 mod adapter;
 mod compare;
 pub mod layout;
+pub mod own_renderer;
 pub mod scenes;
 mod twins;
 

@@ -450,47 +450,15 @@ impl Buffers {
         if self.list_traversal.is_some() { [&list.vpls, &list.count] } else { of_patches }
     }
 
-    /// The virtual point lights from which shadow maps look.
-    pub(crate) fn shadow_lights(&self) -> &Buffer {
-        self.shadow_list()[0]
-    }
-}
-
-impl GpuTechnique for ImageSpaceRadiosity {
-    fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
-        let points = setup.fitted.points.len() as u32;
-        Sizes { pyramids: Pyramids::new(&setup.options, size), options: setup.options, size, maps, points }
-    }
-
-    fn plan(s: &Sizes) -> Plan {
-        let Options { resolution, lights, .. } = s.options;
-        let mut plan = Maps::plan_with(resolution, s.maps, s.options.has_pyramids());
-        for maps in s.parts() {
-            plan = plan.and(PartBuffers::plan(&s.part(&maps)));
-        }
-        (0..s.patch_maps()).for_each(|_| plan.uniform::<MapIndex>("map_index"));
-        if lights == Lights::Flat {
-            plan = plan.and(VplSlots::plan(s.options.selection(), resolution, s.maps));
-        }
-        if s.options.has_shadows() {
-            plan = plan.and(Atlas::plan(&s.options.shadow_maps(), s.points, s.tiles()));
-            if lights == Lights::Flat {
-                plan.uniform::<Traversal>("traversal");
-            }
-        }
-        plan = plan.and(VplList::plan(s.light_slots())).and(FrameBuffers::plan(s));
-        for _ in s.pyramids.pixels.levels.iter().chain(&s.pyramids.texels.levels) {
-            plan.uniform::<LevelPair>("level");
-        }
-        plan.index("nodes", s.entries());
-        plan.index("branches", s.maps as u64 * s.branches());
-        if s.options.method != Method::Gather {
-            plan.texture("splats", s.splats(), 16);
-        }
-        plan
-    }
-
-    fn allocate(device: &Device, queue: &Queue, s: &Sizes, setup: &Setup) -> Result<Buffers, GpuError> {
+    /// All buffers, those of `old` that do not depend on the size of the image among them.
+    fn make(
+        device: &Device,
+        queue: &Queue,
+        s: &Sizes,
+        setup: &Setup,
+        old: Option<(&Self, &Sizes)>,
+    ) -> Result<Self, GpuError> {
+        let kept = old.map(|(old, _)| old);
         let Options { resolution, lights, .. } = s.options;
         let write = |buffer: &Buffer, at: u64, bytes: &[u8]| queue.write_buffer(buffer, at, bytes);
         let levels = |layout: &PyramidLayout| -> Vec<Buffer> {
@@ -508,23 +476,35 @@ impl GpuTechnique for ImageSpaceRadiosity {
             let in_part = (map % s.maps_per_part()) as u32;
             uniform_buffer(device, "map_index", &MapIndex { map: map as u32, in_part, pad0: 0, pad1: 0 })
         };
-        let buffers = Buffers {
-            rsm: Maps::with(device, resolution, s.maps, s.options.has_pyramids())?,
+        let buffers = Self {
+            rsm: match kept {
+                Some(old) => old.rsm.clone(),
+                None => Maps::with(device, resolution, s.maps, s.options.has_pyramids())?,
+            },
             map_indices: (0..s.patch_maps()).map(map_index).collect(),
             parts: s.parts().map(part).collect::<Result<_, GpuError>>()?,
-            vpls: (lights == Lights::Flat)
-                .then(|| VplSlots::new(device, s.options.selection(), resolution, s.maps))
-                .transpose()?,
+            vpls: match kept {
+                Some(old) => old.vpls.clone(),
+                None => (lights == Lights::Flat)
+                    .then(|| VplSlots::new(device, s.options.selection(), resolution, s.maps))
+                    .transpose()?,
+            },
             list: VplList::new(device, s.light_slots() as u32)?,
-            atlas: (s.options.has_shadows())
-                .then(|| Atlas::new(device, &s.options.shadow_maps(), s.points, s.tiles()))
-                .transpose()?,
+            atlas: match kept {
+                Some(old) => old.atlas.clone(),
+                None => (s.options.has_shadows())
+                    .then(|| Atlas::new(device, &s.options.shadow_maps(), s.points, s.tiles()))
+                    .transpose()?,
+            },
             list_traversal: (s.options.has_shadows() && lights == Lights::Flat)
                 .then(|| uniform_buffer(device, "traversal", &Traversal::new(0..0, Form::Disc))),
             points: Arc::clone(&setup.fitted.points),
             options: s.options,
             shadow: s.pyramids.shadow,
-            own: FrameBuffers::new(device, s)?,
+            own: match old {
+                Some((old, probe)) => old.own.resized(device, s, probe)?,
+                None => FrameBuffers::new(device, s)?,
+            },
             block_levels: levels(&s.pyramids.pixels),
             patch_levels: levels(&s.pyramids.texels),
             size: s.size,
@@ -567,6 +547,66 @@ impl GpuTechnique for ImageSpaceRadiosity {
             write(&own.totals, SPLAT_ARGUMENTS, bytemuck::bytes_of(&[6_u32, 0, 0, 0]));
         }
         Ok(buffers)
+    }
+
+    /// The virtual point lights from which shadow maps look.
+    pub(crate) fn shadow_lights(&self) -> &Buffer {
+        self.shadow_list()[0]
+    }
+}
+
+impl GpuTechnique for ImageSpaceRadiosity {
+    type Maps = Maps;
+
+    fn sizes(setup: &Setup, size: [u32; 2], maps: usize) -> Sizes {
+        let points = setup.fitted.points.len() as u32;
+        Sizes { pyramids: Pyramids::new(&setup.options, size), options: setup.options, size, maps, points }
+    }
+
+    fn plan(s: &Sizes) -> Plan {
+        let Options { resolution, lights, .. } = s.options;
+        let mut plan = Maps::plan_with(resolution, s.maps, s.options.has_pyramids());
+        for maps in s.parts() {
+            plan = plan.and(PartBuffers::plan(&s.part(&maps)));
+        }
+        (0..s.patch_maps()).for_each(|_| plan.uniform::<MapIndex>("map_index"));
+        if lights == Lights::Flat {
+            plan = plan.and(VplSlots::plan(s.options.selection(), resolution, s.maps));
+        }
+        if s.options.has_shadows() {
+            plan = plan.and(Atlas::plan(&s.options.shadow_maps(), s.points, s.tiles()));
+            if lights == Lights::Flat {
+                plan.uniform::<Traversal>("traversal");
+            }
+        }
+        plan = plan.and(VplList::plan(s.light_slots())).and(FrameBuffers::plan(s));
+        for _ in s.pyramids.pixels.levels.iter().chain(&s.pyramids.texels.levels) {
+            plan.uniform::<LevelPair>("level");
+        }
+        plan.index("nodes", s.entries());
+        plan.index("branches", s.maps as u64 * s.branches());
+        if s.options.method != Method::Gather {
+            plan.texture("splats", s.splats(), 16);
+        }
+        plan
+    }
+
+    fn allocate(device: &Device, queue: &Queue, s: &Sizes, setup: &Setup) -> Result<Buffers, GpuError> {
+        Buffers::make(device, queue, s, setup, None)
+    }
+
+    fn resize(
+        old: &Buffers,
+        device: &Device,
+        queue: &Queue,
+        [sizes, probe]: [&Sizes; 2],
+        setup: &Setup,
+    ) -> Result<Buffers, GpuError> {
+        Buffers::make(device, queue, sizes, setup, Some((old, probe)))
+    }
+
+    fn maps(buffers: &Buffers) -> &Maps {
+        &buffers.rsm
     }
 
     fn named(buffers: &Buffers) -> Vec<Named<'_>> {

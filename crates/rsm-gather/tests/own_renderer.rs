@@ -1,0 +1,15 @@
+//! The example `own_renderer` makes the picture that the crate's own raster makes.
+#![allow(clippy::print_stdout, reason = "figures of a test")]
+
+use rsm::views::views;
+use rsm_gather::RsmGather;
+
+#[allow(dead_code, unreachable_pub, missing_docs, reason = "an example, whose main is not called")]
+#[path = "../examples/own_renderer.rs"]
+mod example;
+
+#[test]
+fn a_renderer_of_ones_own_gets_the_picture_of_the_own_raster() {
+    let source = include_str!("../examples/own_renderer.rs");
+    testkit::own_renderer::check::<example::Indirect, RsmGather>(example::settings(), views, source);
+}
