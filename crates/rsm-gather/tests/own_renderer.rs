@@ -1,4 +1,5 @@
-//! The example `own_renderer` makes the picture that the crate's own raster makes.
+//! What a renderer of somebody else relies on: the example `own_renderer` makes the picture that the crate's own raster makes, buffers
+//! follow the size of the image, and maps may come from elsewhere.
 #![allow(clippy::print_stdout, reason = "figures of a test")]
 
 use rsm::views::views;
@@ -12,4 +13,14 @@ mod example;
 fn a_renderer_of_ones_own_gets_the_picture_of_the_own_raster() {
     let source = include_str!("../examples/own_renderer.rs");
     testkit::own_renderer::check::<example::Indirect, RsmGather>(example::settings(), views, source);
+}
+
+#[test]
+fn buffers_follow_the_size_of_the_image() {
+    testkit::resources::check_resize::<RsmGather>(example::settings(), &[]);
+}
+
+#[test]
+fn maps_may_come_from_elsewhere() {
+    testkit::resources::check_maps::<RsmGather>(example::settings());
 }

@@ -1,4 +1,5 @@
 use glam::DVec3;
+use indirect_core::settings::BadOption;
 use indirect_core::{GBuffer, View};
 
 use crate::layout::{Node, Texel};
@@ -45,6 +46,18 @@ impl Map {
 }
 
 impl Rsm {
+    /// Whether maps that the caller brings are those that a technique's options ask for.
+    ///
+    /// # Errors
+    /// [`BadOption`] where `resolution`, the option of that name, is not theirs.
+    pub fn check(&self, resolution: u32) -> Result<(), BadOption> {
+        if self.resolution == resolution {
+            return Ok(());
+        }
+        let wanted = format_args!("that of the maps, {}", self.resolution);
+        Err(BadOption::new("resolution", resolution, wanted))
+    }
+
     /// Sum of the reflected flux over all maps, W.
     #[must_use]
     pub fn reflected(&self) -> DVec3 {

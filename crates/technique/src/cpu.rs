@@ -38,6 +38,11 @@ pub fn run<T: Technique>(frame: &Frame<'_, T::Setup>, output: &mut T::Output) ->
     run_without::<T>(frame, output, |_| false)
 }
 
+/// [`run`] for a caller that has put the maps of the lights into `output`.
+pub fn run_from_maps<T: Technique>(frame: &Frame<'_, T::Setup>, output: &mut T::Output) -> Vec<PassTime> {
+    run_without::<T>(frame, output, |pass| T::MAP_PASSES.contains(&pass))
+}
+
 /// [`run`] without the passes whose names `skip` accepts, whose results the caller has put into `output`, the maps for instance.
 pub fn run_without<T: Technique>(
     frame: &Frame<'_, T::Setup>,

@@ -7,12 +7,14 @@
 //! * [`judge`]: the buffers of a whole frame.
 //! * [`scenes`]: small scenes.
 //! * [`own_renderer`]: a renderer of somebody else, into which techniques are plugged.
+//! * [`resources`]: what the buffers of every technique can do.
 //! * [`layout`]: `#[repr(C)]` structs, constants and workgroup sizes against naga's reflection.
 
 mod adapter;
 mod compare;
 pub mod layout;
 pub mod own_renderer;
+pub mod resources;
 pub mod scenes;
 mod twins;
 

@@ -14,13 +14,13 @@ mod upsample;
 
 use indirect_accel::Accel;
 use indirect_core::settings::{BadOption, Settings};
-use indirect_technique::cpu::{Fit, run, run_without};
-use rsm::{Error, MAP_PASSES, Rsm};
+use indirect_technique::cpu::{run, run_from_maps};
+use rsm::{Error, Rsm};
 
 pub use blocks::Blocks;
 pub use clusters::clusters;
 pub use compact::compact;
-pub use indirect_technique::Frame;
+pub use indirect_technique::{Frame, cpu::Fit};
 pub use mips::mips;
 pub use patches::{Patches, patches};
 pub use refine::{Subdivision, refine, stencil};
@@ -79,11 +79,8 @@ pub fn indirect(frame: &Frame<'_, Setup>) -> Result<Output, Error> {
 /// As there, and [`Error::BadOption`] for maps of another resolution.
 pub fn indirect_from(rsm: Rsm, frame: &Frame<'_, Setup>) -> Result<Output, Error> {
     check(frame)?;
-    if rsm.resolution != frame.setup.options.resolution {
-        let wanted = format_args!("that of the maps, {}", rsm.resolution);
-        return Err(BadOption::new("resolution", frame.setup.options.resolution, wanted).into());
-    }
+    rsm.check(frame.setup.options.resolution)?;
     let mut output = Output { rsm, ..Output::default() };
-    run_without::<ImageSpaceRadiosity>(frame, &mut output, |pass| MAP_PASSES.contains(&pass));
+    run_from_maps::<ImageSpaceRadiosity>(frame, &mut output);
     Ok(output)
 }

@@ -4,8 +4,9 @@ use indirect_core::Aabb;
 use indirect_core::settings::Settings;
 use indirect_technique::{
     Frame,
-    cpu::{Fit, run},
+    cpu::{Fit, run, run_from_maps},
 };
+use rsm::Rsm;
 
 use super::enclosure::enclosure;
 use crate::{
@@ -45,5 +46,18 @@ pub fn indirect(frame: &Frame<'_, Setup>) -> Result<Output, Error> {
     frame.setup.params.validate()?;
     let mut output = Output::default();
     run::<RadianceHints>(frame, &mut output);
+    Ok(output)
+}
+
+/// [`indirect`] from maps that are there already, of the resolution of the options.
+///
+/// # Errors
+/// As there, and [`Error::BadOption`] for maps of another resolution.
+pub fn indirect_from(rsm: Rsm, frame: &Frame<'_, Setup>) -> Result<Output, Error> {
+    frame.setup.options.validate()?;
+    frame.setup.params.validate()?;
+    rsm.check(frame.setup.options.resolution)?;
+    let mut output = Output { rsm, ..Output::default() };
+    run_from_maps::<RadianceHints>(frame, &mut output);
     Ok(output)
 }

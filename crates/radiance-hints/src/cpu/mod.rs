@@ -20,7 +20,7 @@ pub use directions::{Directions, bounce_seed};
 pub use enclosure::enclosure;
 pub use estimate::{Estimate, estimate};
 pub use field::{Field, Plane, nearest_hint, pack};
-pub use frame::indirect;
+pub use frame::{indirect, indirect_from};
 pub use indirect_technique::{Frame, cpu::Fit};
 pub use look::Samples;
 pub use near::near;

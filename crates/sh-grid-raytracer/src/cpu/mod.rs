@@ -17,6 +17,6 @@ pub use lookup::{Look, Lookup};
 pub use radiance::{RUN, levels, radiance, runs, sort};
 pub use store::Store;
 pub(crate) use store::gets_away;
-pub use technique::{Frame, indirect};
+pub use technique::{Fit, Frame, indirect};
 pub use traverse::{VoxelHit, first_voxel};
 pub use whitted::{MIRROR, Whitted};

@@ -2,9 +2,9 @@
 
 use indirect_accel::Accel;
 use indirect_core::settings::Settings;
-use indirect_technique::cpu::{Fit, run};
+use indirect_technique::cpu::run;
 
-pub use indirect_technique::Frame;
+pub use indirect_technique::{Frame, cpu::Fit};
 
 use crate::error::Error;
 use crate::output::{Output, ShGridRaytracer};

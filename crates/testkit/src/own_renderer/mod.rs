@@ -176,21 +176,18 @@ pub fn check<P: Plugin, T: GpuTechnique<Error: 'static> + Fit>(
     settings: (T::Options, T::Params),
     views: impl Fn(&Scene) -> Vec<MapView>,
     source: &str,
-) where
-    (T::Options, T::Params): Copy,
-{
+) {
     let Some(context) = crate::gpu() else { return };
     let (device, queue) = (&context.device, &context.queue);
     let fail = |what: &str, e: Box<dyn Error>| -> ! { panic!("{what}: {e}") };
     let (found, _) = run::<P>(device, queue, FRAMES).unwrap_or_else(|e| fail("the example", e));
-    let truth = |frames| {
-        pictures::<T>(device, queue, frames, settings, &views).unwrap_or_else(|e| fail("the own raster", e))
-    };
-    let error = relative_rms(&found, &truth(FRAMES));
+    let truth = pictures::<T>(device, queue, FRAMES, settings, views);
+    let truth = truth.unwrap_or_else(|e| fail("the own raster", e));
+    let error = relative_rms(&found, &truth[FRAMES as usize - 1]);
     #[allow(clippy::print_stdout, reason = "a figure of a test")]
     let () = println!("{}: {:.2} % rms from the own raster after {FRAMES} frames", T::NAME, 100.0 * error);
     assert!(error <= 0.01, "{error}");
-    let control = relative_rms(&found, &truth(FRAMES - 15));
+    let control = relative_rms(&found, &truth[FRAMES as usize - 16]);
     assert!(control > 0.01, "a picture of a quarter of a second before is as near: {control}");
     let glue =
         source.lines().skip_while(|l| !l.contains("glue begins")).take_while(|l| !l.contains("glue ends"));

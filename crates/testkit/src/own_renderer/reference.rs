@@ -2,7 +2,6 @@
 
 use std::error::Error;
 
-use glam::Vec3;
 use indirect_accel::{Accel, BuildPreset};
 use indirect_core::{Image, MapView, Scene};
 use indirect_gpu::wgpu::{CommandEncoderDescriptor, Device, Queue};
@@ -12,7 +11,7 @@ use indirect_technique::gpu::{GpuTechnique, Inputs, Resources};
 
 use super::{Frame, SIZE};
 
-/// The indirect light of the last of `frames` frames, W/(sr·m²), drawn by the technique's own raster from triangles that are uploaded
+/// The indirect light of `frames` frames, W/(sr·m²), drawn by the technique's own raster from triangles that are uploaded
 /// whole each frame. `views` are the maps of a scene's lights.
 ///
 /// # Errors
@@ -23,7 +22,8 @@ pub fn pictures<T: GpuTechnique<Error: 'static> + Fit>(
     frames: u32,
     (options, params): (T::Options, T::Params),
     views: impl Fn(&Scene) -> Vec<MapView>,
-) -> Result<Image, Box<dyn Error>> {
+) -> Result<Vec<Image>, Box<dyn Error>> {
+    let mut images = Vec::new();
     let pipelines = Pipelines::new(device);
     let camera = GBufferTarget::new(device, SIZE)?;
     let first = Frame::new(0).scene();
@@ -44,7 +44,8 @@ pub fn pictures<T: GpuTechnique<Error: 'static> + Fit>(
         pipelines.raster().encode(&mut encoder, timer, "camera", &buffers, [&camera]);
         resources.encode(&mut encoder, timer, &buffers);
         queue.submit([encoder.finish()]);
+        let pixels: Vec<Vec3Pad> = read_buffer(device, queue, resources.image())?;
+        images.push(Image { size: SIZE, pixels: pixels.iter().map(|p| p.vec3()).collect() });
     }
-    let pixels: Vec<Vec3Pad> = read_buffer(device, queue, resources.image())?;
-    Ok(Image { size: SIZE, pixels: pixels.iter().map(|p| p.vec3()).collect::<Vec<Vec3>>() })
+    Ok(images)
 }
