@@ -18,6 +18,7 @@ mod scan;
 mod scene;
 mod sort;
 mod timer;
+mod uniforms;
 
 pub use bindings::{Named, bind_group, bind_group_layout, named};
 pub use buffer::{empty_storage_buffer, read_buffer, read_range, storage_buffer, uniform_buffer};
@@ -42,4 +43,5 @@ pub use scan::{Scan, ScanBuffers};
 pub use scene::{SceneBuffers, scene_layout};
 pub use sort::{RadixSort, SortBuffers, SortSizes};
 pub use timer::PassTimer;
+pub use uniforms::Uniforms;
 pub use wgpu;

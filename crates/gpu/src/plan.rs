@@ -51,6 +51,12 @@ impl Plan {
         self.items.push(Item { name, size: size_of::<T>() as u64, kind: Kind::Buffer(usage) });
     }
 
+    /// [`Uniforms`](crate::Uniforms) of `count` values.
+    pub fn uniforms<T: Pod>(&mut self, name: &'static str, count: usize) {
+        let kind = Kind::Buffer(BufferUsages::UNIFORM | BufferUsages::COPY_DST);
+        self.items.push(Item { name, size: crate::Uniforms::<T>::bytes_of(count), kind });
+    }
+
     /// A render target.
     pub fn texture(&mut self, name: &'static str, size: [u32; 2], bytes_per_texel: u32) {
         let bytes = u64::from(size[0]) * u64::from(size[1]) * u64::from(bytes_per_texel);

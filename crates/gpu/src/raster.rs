@@ -7,8 +7,8 @@ use wgpu::{
 
 use crate::layout::{Vec3Pad, ViewUniform};
 use crate::{
-    GpuError, Kernel, Named, PassTimer, Plan, SceneBuffers, bind_group, bind_group_layout, buffers, named,
-    read_buffer, scene_layout, shader_module, workgroups_2d,
+    GpuError, Kernel, Named, PassTimer, Plan, SceneBuffers, Uniforms, bind_group, bind_group_layout, buffers,
+    named, read_buffer, scene_layout, shader_module, workgroups_2d,
 };
 
 const ID_FORMAT: TextureFormat = TextureFormat::R32Uint;
@@ -25,14 +25,6 @@ buffers! {
         gbuffer_albedo: [Vec3Pad] = texels;
         /// Index of the triangle.
         gbuffer_triangle: [u32] = texels;
-    }
-}
-
-buffers! {
-    /// What a [`GBufferTarget`] that is drawn has beside these.
-    struct ViewBuffers for () {
-        /// The view.
-        view: ViewUniform;
     }
 }
 
@@ -60,7 +52,9 @@ pub struct GBufferTarget {
 /// What a [`Raster`] needs to draw one.
 #[derive(Debug, Clone)]
 struct Drawn {
-    view: Buffer,
+    views: Uniforms<ViewUniform>,
+    /// Which of the views it is.
+    index: usize,
     attachments: Attachments,
     tile: [u32; 2],
     visibility_group: BindGroup,
@@ -80,8 +74,9 @@ impl GBufferTarget {
         let mut plan = Plan::new();
         for grid in grids(size, count) {
             plan = plan.and(Attachments::plan(grid.texels(size)));
+            plan.uniforms::<ViewUniform>("view", grid.count);
             for _ in 0..grid.count {
-                plan = plan.and(GBufferBuffers::plan(&size)).and(ViewBuffers::plan(&()));
+                plan = plan.and(GBufferBuffers::plan(&size));
             }
         }
         plan
@@ -93,7 +88,8 @@ impl GBufferTarget {
     /// [`GpuError::EmptySize`], and [`GpuError::Limit`] where the device has no textures or buffers of that size.
     pub fn new(device: &Device, size: [u32; 2]) -> Result<Self, GpuError> {
         Self::check(device, size, 1)?;
-        Self::within(device, size, Attachments::new(device, size), [0, 0])
+        let views = Uniforms::new(device, "view", 1);
+        Self::within(device, size, Attachments::new(device, size), [0, 0], (views, 0))
     }
 
     /// Buffers for `count` images of `size` texels, which share render targets where those have room: one render pass draws them.
@@ -105,9 +101,11 @@ impl GBufferTarget {
         let mut targets = Vec::with_capacity(count);
         for grid in grids(size, count) {
             let attachments = Attachments::new(device, grid.texels(size));
+            let views = Uniforms::new(device, "view", grid.count);
             for i in 0..grid.count as u32 {
                 let tile = [i % grid.columns * size[0], i / grid.columns * size[1]];
-                targets.push(Self::within(device, size, attachments.clone(), tile)?);
+                let view = (views.clone(), i as usize);
+                targets.push(Self::within(device, size, attachments.clone(), tile, view)?);
             }
         }
         Ok(targets)
@@ -183,10 +181,11 @@ impl GBufferTarget {
         size: [u32; 2],
         attachments: Attachments,
         tile: [u32; 2],
+        (views, index): (Uniforms<ViewUniform>, usize),
     ) -> Result<Self, GpuError> {
-        let (b, view) = (GBufferBuffers::new(device, &size)?, ViewBuffers::new(device, &())?);
+        let b = GBufferBuffers::new(device, &size)?;
         let mut names = b.named();
-        names.extend(view.named());
+        names.push(("view", views.binding(index)));
         names.push(("triangles", BindingResource::TextureView(&attachments.ids)));
         let group = |module: &indirect_shaders::Module, entry, stages| {
             let entry = module.entry_point(entry);
@@ -196,15 +195,36 @@ impl GBufferTarget {
         };
         let visibility_group = group(&VISIBILITY, "visibility_masked", VISIBILITY_STAGES)?;
         let resolve_group = group(&RESOLVE, "resolve", ShaderStages::COMPUTE)?;
-        let drawn = Drawn { view: view.view, attachments, tile, visibility_group, resolve_group };
+        let drawn = Drawn { views, index, attachments, tile, visibility_group, resolve_group };
         Ok(Self::of(b, size, Some(drawn)))
     }
 
     /// Sets what will be seen, from the next submission on; nothing to do where no [`Raster`] draws it.
     pub fn prepare(&self, queue: &Queue, view: &View) {
-        if let Some(drawn) = &self.drawn {
-            let view = ViewUniform { tile: drawn.tile, ..ViewUniform::new(view, self.size, 0) };
-            queue.write_buffer(&drawn.view, 0, bytemuck::bytes_of(&view));
+        Self::prepare_many(queue, [(self, view)]);
+    }
+
+    /// [`Self::prepare`] of several, those that are made by [`Self::many`] in as few writes as there are sets of render targets.
+    pub fn prepare_many<'a>(queue: &Queue, views: impl IntoIterator<Item = (&'a Self, &'a View)>) {
+        let drawn = views.into_iter().filter_map(|(t, view)| Some((t.size, t.drawn.as_ref()?, view)));
+        let mut run: Option<(&Drawn, Vec<ViewUniform>)> = None;
+        for (size, drawn, view) in drawn {
+            let uniform = ViewUniform { tile: drawn.tile, ..ViewUniform::new(view, size, 0) };
+            match &mut run {
+                Some((first, values))
+                    if first.views.is(&drawn.views) && drawn.index == first.index + values.len() =>
+                {
+                    values.push(uniform);
+                }
+                _ => {
+                    if let Some((first, values)) = run.replace((drawn, vec![uniform])) {
+                        first.views.write(queue, first.index, &values);
+                    }
+                }
+            }
+        }
+        if let Some((first, values)) = run {
+            first.views.write(queue, first.index, &values);
         }
     }
 

@@ -25,6 +25,7 @@ pub fn settings() -> (Options, Params) {
 }
 
 // The glue begins here.
+/// What the renderer keeps of the technique.
 pub struct Indirect {
     scene: SceneBuffers,
     objects: MovingObjects,
@@ -37,10 +38,10 @@ pub struct Indirect {
 impl Plugin for Indirect {
     fn new(r: &Renderer, first: &Frame) -> Result<Self, Box<dyn Error>> {
         let pipelines = Pipelines::new(&r.device);
-        // For the maps of lights: triangles, uploaded once. Vertices 8 to 11 are the square that moves.
+        // For the maps of lights: triangles, uploaded once, and which of their vertices move.
         let world = first.scene();
         let scene = SceneBuffers::upload(&r.device, &world)?;
-        let objects = MovingObjects::new(&pipelines, &scene, &world.mesh, &[8..12])?;
+        let objects = MovingObjects::new(&pipelines, &scene, &world.mesh, &[Frame::MOVING])?;
         // The camera: what the renderer draws anyway.
         let camera =
             GBufferTarget::imported(&r.device, [r.depth.texture().width(), r.depth.texture().height()])?;

@@ -3,7 +3,7 @@ use indirect_core::{Light, MapView};
 use indirect_gpu::shaders::{RSM_FLUX, RSM_PYRAMID};
 use indirect_gpu::wgpu::{Buffer, BufferUsages, Device, Queue};
 use indirect_gpu::{
-    GBufferTarget, GpuError, Named, Pass, Pipelines, Plan, buffers, empty_storage_buffer, named,
+    GBufferTarget, GpuError, Named, Pass, Pipelines, Plan, Uniforms, buffers, empty_storage_buffer, named,
     uniform_buffer,
 };
 use indirect_technique::gpu::Exchange;
@@ -42,8 +42,6 @@ buffers! {
         texels: [Texel] = |s| u64::from(s.resolution) * u64::from(s.resolution);
         /// Laid out as [`PyramidLayout`] says; one without pyramids.
         nodes: [Node] = |s| if s.pyramids { PyramidLayout::new([s.resolution; 2]).len() as u64 } else { 0 };
-        /// The light in this map.
-        map: LightMap;
     }
 }
 
@@ -54,6 +52,8 @@ pub struct MapResources {
     pub surface: GBufferTarget,
     /// The light in it.
     pub buffers: MapBuffers,
+    lights: Uniforms<LightMap>,
+    index: usize,
 }
 
 impl MapResources {
@@ -61,6 +61,7 @@ impl MapResources {
     #[must_use]
     pub fn named(&self) -> Vec<Named<'_>> {
         let mut named = self.buffers.named();
+        named.push(("map", self.lights.binding(self.index)));
         named.extend(self.surface.named());
         named
     }
@@ -93,6 +94,7 @@ impl Maps {
         for _ in 0..maps {
             plan = plan.and(MapBuffers::plan(&sizes));
         }
+        plan.uniforms::<LightMap>("map", maps);
         plan.storage::<Node>("tops", maps as u64, BufferUsages::empty());
         for _ in dispatches(&PyramidLayout::new([resolution.max(1); 2])) {
             plan.uniform::<PyramidLevels>("levels");
@@ -114,9 +116,10 @@ impl Maps {
     /// As there.
     pub fn with(device: &Device, resolution: u32, maps: usize, pyramids: bool) -> Result<Self, GpuError> {
         let layout = PyramidLayout::new([resolution.max(1); 2]);
-        let map = |surface| {
+        let lights = Uniforms::new(device, "map", maps);
+        let map = |(index, surface)| {
             let buffers = MapBuffers::new(device, &MapSizes { resolution, pyramids })?;
-            Ok(MapResources { surface, buffers })
+            Ok(MapResources { surface, buffers, lights: lights.clone(), index })
         };
         let surfaces = GBufferTarget::many(device, [resolution; 2], maps)?;
         let levels = |(first, count)| {
@@ -127,7 +130,7 @@ impl Maps {
             uniform_buffer(device, "levels", &uniform)
         };
         Ok(Self {
-            maps: surfaces.into_iter().map(map).collect::<Result<_, GpuError>>()?,
+            maps: surfaces.into_iter().enumerate().map(map).collect::<Result<_, GpuError>>()?,
             tops: empty_storage_buffer::<Node>(device, "tops", maps as u64)?,
             resolution,
             levels: dispatches(&layout).into_iter().map(levels).collect(),
@@ -149,13 +152,18 @@ impl Maps {
         if views.len() != self.maps.len() {
             return Err(Error::MapCount { available: self.maps.len(), needed: views.len() });
         }
-        for (m, v) in self.maps.iter().zip(views) {
-            let light =
-                lights.get(v.light).ok_or(Error::NoSuchLight { index: v.light, count: lights.len() })?;
-            let map = LightMap::new(light, &v.view, self.resolution);
-            queue.write_buffer(&m.buffers.map, 0, bytemuck::bytes_of(&map));
-            m.surface.prepare(queue, &v.view);
+        let map = |v: &MapView| {
+            let light = lights.get(v.light).ok_or(Error::NoSuchLight { index: v.light, count: lights.len() });
+            Ok(LightMap::new(light?, &v.view, self.resolution))
+        };
+        let values = views.iter().map(map).collect::<Result<Vec<_>, Error>>()?;
+        if let Some(first) = self.maps.first() {
+            first.lights.write(queue, 0, &values);
         }
+        GBufferTarget::prepare_many(
+            queue,
+            self.maps.iter().map(|m| &m.surface).zip(views.iter().map(|v| &v.view)),
+        );
         Ok(())
     }
 

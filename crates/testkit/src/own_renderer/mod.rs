@@ -6,6 +6,7 @@ mod draw;
 mod reference;
 
 use std::error::Error;
+use std::ops::Range;
 use std::time::Instant;
 
 use glam::{Affine3A, Mat4, Quat, Vec3, camera::rh};
@@ -53,6 +54,9 @@ fn albedo(instance: usize) -> Vec3 {
 }
 
 impl Frame {
+    /// Vertices of [`Self::scene`] that move.
+    pub const MOVING: Range<u32> = 8..12;
+
     /// Frame `number` of a second: a spot light swings over a floor before a wall, and a square turns between them.
     #[must_use]
     pub fn new(number: u32) -> Self {
