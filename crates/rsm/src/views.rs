@@ -150,3 +150,62 @@ impl LightMap {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use indirect_core::Material;
+
+    fn scene(kind: LightKind) -> Scene {
+        let mut scene =
+            Scene { materials: vec![Material::diffuse("grey", Vec3::splat(0.5))], ..Scene::default() };
+        let (x, y, z) = (Vec3::X, Vec3::Y * 0.3, Vec3::Z * 2.0);
+        scene.mesh.push_polygon(&[-x + z, x + z, x - z, -x - z], 0);
+        scene.mesh.push_polygon(&[-x - z, x - z, x - z + y, -x - z + y], 0);
+        scene.lights.push(Light { name: String::new(), kind, power: Vec3::ONE, range: None });
+        scene
+    }
+
+    #[test]
+    fn bounds_alone_give_the_maps_that_vertices_give_or_larger_ones() {
+        let (position, direction) = (Vec3::new(0.2, 2.0, 0.1), Vec3::new(0.3, -1.0, 0.4).normalize());
+        let spot = |outer_angle| LightKind::Spot { position, direction, inner_angle: 0.1, outer_angle };
+        for kind in
+            [spot(0.5), spot(1.4), LightKind::Point { position }, LightKind::Directional { direction }]
+        {
+            let scene = scene(kind);
+            let bounds = scene.bounds().unwrap();
+            let (found, fitted) = (of(&scene.lights[0], &bounds), views(&scene));
+            assert_eq!(found.len(), fitted.len());
+            for (found, fitted) in found.iter().zip(&fitted) {
+                let (Projection::Orthographic { half_size: a }, Projection::Orthographic { half_size: b }) =
+                    (found.projection, fitted.view.projection)
+                else {
+                    assert_eq!(*found, fitted.view);
+                    continue;
+                };
+                assert!(a.cmpge(b).all() && a.cmple(2.0 * b).all(), "{a} for {b}");
+                let seen = |view: &View, p: Vec3| {
+                    let at = view.image_point(p).unwrap_or(Vec2::splat(-1.0));
+                    let depth = view.depth(p);
+                    at.cmpge(Vec2::ZERO).all()
+                        && at.cmple(Vec2::ONE).all()
+                        && (0.0..=view.far).contains(&depth)
+                };
+                assert!(bounds.corners().iter().all(|p| seen(found, *p)));
+                let half = Aabb { min: bounds.min * 0.5, max: bounds.max * 0.5 };
+                let small = of(&scene.lights[0], &half);
+                assert!(!bounds.corners().iter().all(|p| seen(&small[0], *p)), "any map would do");
+            }
+        }
+    }
+
+    #[test]
+    fn no_map_without_power_or_extent() {
+        let mut scene = scene(LightKind::Point { position: Vec3::Y });
+        let bounds = scene.bounds().unwrap();
+        assert!(of(&scene.lights[0], &Aabb { max: bounds.min, ..bounds }).is_empty());
+        scene.lights[0].power = Vec3::ZERO;
+        assert!(of(&scene.lights[0], &bounds).is_empty());
+    }
+}
