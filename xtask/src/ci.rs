@@ -1,14 +1,16 @@
 //! `test`: everything that CI runs, as named steps.
 
 use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use cargo_metadata::{MetadataCommand, Package};
+use cargo_metadata::semver::VersionReq;
+use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 use crate::cli::TestArgs;
 use crate::failure::{Failure, Outcome};
-use crate::{diagrams, fixtures, layers, say, setup, validate};
+use crate::{diagrams, fixtures, layers, packages, say, setup, validate};
 
 /// How a step ended.
 enum End {
@@ -135,6 +137,12 @@ fn steps() -> Outcome<Vec<Step>> {
     steps.extend(feature_builds(&published));
     steps.push(no_std(&published));
     steps.push(package(&published));
+    steps.push(Step::new("published files", "see the lines above", {
+        let folders: Vec<_> =
+            published.iter().filter_map(|p| p.manifest_path.parent().map(Into::into)).collect();
+        move || own(packages::check(&folders))
+    }));
+    steps.push(unpacked(&published));
     steps.push(Step::new("fixtures", "run `cargo xtask fixtures` and commit what changed", || {
         own(fixtures::check())
     }));
@@ -149,23 +157,29 @@ fn steps() -> Outcome<Vec<Step>> {
     Ok(steps)
 }
 
-/// Every published crate must build without its default features; where those choose the standard library's math, with
-/// `libm` in their place.
+/// Every published crate must build without its default features, and with any one of its features; where the default ones choose the
+/// standard library's math, with `libm` in their place.
 fn feature_builds(published: &[&Package]) -> Vec<Step> {
     published
         .iter()
         .filter(|p| p.features.contains_key("default"))
         .map(|p| {
             let package = p.name.to_string();
-            let math = p.features.contains_key("libm");
+            let math = if p.features.contains_key("libm") { "libm" } else { "" };
+            // None, then each alone; the source of math once, with none.
+            let alone = p.features.keys().filter(|f| !["default", "libm"].contains(&f.as_str()));
+            let sets: Vec<_> = core::iter::once(math.to_owned())
+                .chain(alone.map(|f| if f == "std" { f.clone() } else { format!("{f},{math}") }))
+                .collect();
             Step::new(format!("no default features: {package}"), "guard what needs the feature", move || {
-                let mut args =
-                    vec!["clippy", "--release", "--quiet", "--no-default-features", "-p", &package];
-                if math {
-                    args.extend(["--features", "libm"]);
+                for set in &sets {
+                    let args = ["clippy", "--release", "--quiet", "--no-default-features", "-p", &package];
+                    let features = ["--features", set, "--", "-D", "warnings"];
+                    if let End::Failed(why) = cargo(&[&args[..], &features].concat()) {
+                        return End::Failed(format!("features `{set}`: {why}"));
+                    }
                 }
-                args.extend(["--", "-D", "warnings"]);
-                cargo(&args)
+                End::Passed
             })
         })
         .collect()
@@ -219,7 +233,7 @@ fn rustup_has(target: &str) -> bool {
             .is_ok_and(|s| s.success())
 }
 
-/// Every published crate, built from its package: no file outside its folder is needed.
+/// Every published crate, built from its package, crates before those that need them: no file outside its folder is needed.
 fn package(published: &[&Package]) -> Step {
     let names: Vec<_> = published.iter().map(|p| p.name.to_string()).collect();
     Step::new(
@@ -233,6 +247,41 @@ fn package(published: &[&Package]) -> Step {
             cargo(&args)
         },
     )
+}
+
+/// What packages hold, as a stranger gets them: unpacked side by side, they build with all features and the oldest `glam` that they
+/// accept, and so do the tests, benches and examples of those that need nothing unpublished for them.
+fn unpacked(published: &[&Package]) -> Step {
+    let packages: Vec<_> = published.iter().map(|p| format!("{}-{}", p.name, p.version)).collect();
+    let alone = |p: &&&Package| {
+        p.dependencies
+            .iter()
+            .all(|d| d.kind != DependencyKind::Development || d.path.is_none() || d.req != VersionReq::STAR)
+    };
+    let complete: Vec<_> = published.iter().filter(alone).map(|p| p.name.to_string()).collect();
+    Step::new("unpacked packages", "what a package carries must build from it: see `exclude`", move || {
+        let found = packages::unpack(&packages).and_then(|workspace| {
+            let run = |args: &[&str]| match cargo_in(&workspace, args) {
+                End::Failed(why) => Err(Failure::Check(why)),
+                _ => Ok(()),
+            };
+            run(&["update", "--quiet", "--package", "glam", "--precise", packages::OLDEST_GLAM])?;
+            run(&["check", "--quiet", "--release", "--workspace", "--all-features"])?;
+            // Their tests are written against the newest one.
+            run(&["update", "--quiet", "--package", "glam"])?;
+            let mut args = vec!["check", "--quiet", "--release", "--all-targets", "--all-features"];
+            args.extend(complete.iter().flat_map(|name| ["-p", name]));
+            run(&args)
+        });
+        own(found)
+    })
+}
+
+/// [`cargo`] for a workspace elsewhere that shares what was built of dependencies.
+fn cargo_in(workspace: &Path, args: &[&str]) -> End {
+    let mut command = cargo_command(args);
+    command.current_dir(workspace).env("CARGO_TARGET_DIR", crate::target());
+    status(command)
 }
 
 /// An external tool, skipped where it is not installed.

@@ -13,6 +13,7 @@ mod gpu;
 mod layers;
 mod loc;
 mod measure;
+mod packages;
 mod page;
 mod paths;
 mod progress;

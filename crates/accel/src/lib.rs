@@ -15,6 +15,7 @@ use indirect_core::{Hit, Ray, Scene};
 
 pub use builder::BuildPreset;
 pub use flat::{FlatNode, FlatTree, FlatTriangle, RefitError, STACK};
+pub use glam;
 pub use traverse::opaque;
 
 use layout::{Node, Packet, Tree};

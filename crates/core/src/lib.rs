@@ -47,6 +47,7 @@ mod view;
 
 pub use error::SceneError;
 pub use gbuffer::{GBuffer, NO_TRIANGLE};
+pub use glam;
 pub use image::Image;
 pub use light::{Light, LightKind, LightSample, spot_attenuation};
 pub use material::{AlphaMode, Material, Texture, TextureRef, Wrap};

@@ -27,7 +27,9 @@
 //!     }
 //! }
 //!
-//! let mut options = Options { range: 0.5, ..Options::default() };
+//! // A method for each setting: code that is written so goes on compiling when settings are added.
+//! let mut options = Options::default().range(0.5);
+//! assert_eq!(options, Options { range: 0.5, ..Options::default() });
 //! options.set("bounce-samples", "64")?;
 //! options.set("scale", "half")?;
 //! assert_eq!((options.bounce_samples, options.scale), (64, Scale::Half));
@@ -347,6 +349,18 @@ macro_rules! settings {
             fn default() -> Self {
                 Self { $($field: $default,)* }
             }
+        }
+
+        #[allow(dead_code, reason = "settings that are private to a crate may not need all of them")]
+        impl $name {
+            $(
+                #[doc = concat!("These settings with another `", stringify!($field), "`, whose range `validate` checks.")]
+                #[must_use]
+                $vis const fn $field(mut self, $field: $ty) -> Self {
+                    self.$field = $field;
+                    self
+                }
+            )*
         }
 
         impl $crate::settings::Settings for $name {

@@ -8,5 +8,6 @@ pub mod gpu;
 mod history;
 mod reduced;
 
+pub use glam;
 pub use history::History;
 pub use reduced::Reduced;

@@ -26,6 +26,7 @@ pub use compact::{Compact, CompactBuffers};
 pub use context::{ADAPTER_VARIABLE, AdapterChoice, Context};
 pub use error::GpuError;
 pub use export::ImageExport;
+pub use glam;
 pub use import::{
     DepthEncoding, GBufferFormat, GBufferImport, GBufferTextures, ImportUniform, ImportedTexel,
     NormalEncoding,

@@ -13,6 +13,7 @@ mod passes;
 mod settings;
 
 pub use fitted::Fitted;
+pub use glam;
 pub use layout::{Block, Patch};
 pub use levels::{Links, Pyramids, RECEIVER_CELLS, SOURCE_CELLS, level_of_cells, place, z_order};
 pub use output::{Fragments, ImageSpaceRadiosity, Irradiance, Output, Setup};

@@ -9,6 +9,7 @@ pub mod layout;
 mod place;
 mod settings;
 
+pub use glam;
 pub use layout::{EMPTY, Ism, Point, ScenePoint};
 pub use place::place;
 pub use settings::{Options, Placement};

@@ -9,5 +9,6 @@ mod shape;
 mod sparse;
 mod state;
 
+pub use glam;
 pub use settings::{Density, Settings, Start};
 pub use state::{State, Update};

@@ -15,6 +15,7 @@ mod sequence;
 mod settings;
 mod setup;
 
+pub use glam;
 pub use output::{InstantRadiosity, Output};
 #[cfg(feature = "cpu")]
 pub use sequence::CYCLE;

@@ -24,3 +24,4 @@ pub mod palette;
 
 pub use compare::{BelowFloor, Comparison, Measures, Reference, compare, difference, exposure};
 pub use error::MetricsError;
+pub use glam;

@@ -10,5 +10,6 @@ mod emitters;
 mod sources;
 
 pub use emitters::{Emitters, solid_mean};
+pub use glam;
 pub use layout::{Emitter, Photon, PhotonSettings, PunctualLight};
 pub use sources::{Params, Sources};

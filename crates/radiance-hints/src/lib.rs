@@ -12,6 +12,7 @@ mod settings;
 mod setup;
 mod volume;
 
+pub use glam;
 pub use layout::{Near, Sample, Surroundings, Volume, Window};
 pub use output::{Output, RadianceHints};
 pub use rsm::Error;

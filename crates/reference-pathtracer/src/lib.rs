@@ -30,6 +30,7 @@ mod vpls;
 
 pub use error::Error;
 pub use estimate::{Estimate, Mean};
+pub use glam;
 pub use render::{render, render_with};
 pub use settings::{Bounces, Components, EmitterSampling, PixelFilter, Samples, Settings, VirtualLights};
 pub use store::render_cached;

@@ -10,6 +10,7 @@ mod buffers;
 mod passes;
 mod settings;
 
+pub use glam;
 pub use passes::{Output, RsmGather};
 pub use rsm::{Error, Form, Select};
 pub use settings::{Options, Params, Setup};

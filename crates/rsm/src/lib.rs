@@ -14,6 +14,7 @@ mod selection;
 mod tree;
 
 pub use error::Error;
+pub use glam;
 pub use indirect_core::MapView;
 #[doc(hidden)]
 pub use indirect_technique;

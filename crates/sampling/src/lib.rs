@@ -15,3 +15,5 @@ pub mod spherical_triangle;
 pub mod warp;
 
 mod math;
+
+pub use glam;

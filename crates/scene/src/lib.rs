@@ -9,4 +9,5 @@ mod load;
 
 pub use error::{ImageFileError, SceneLoadError};
 pub use fixtures::resolve;
+pub use glam;
 pub use load::{LoadOptions, LoadStats, Loaded, load, load_bytes};

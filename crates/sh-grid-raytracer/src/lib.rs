@@ -24,6 +24,7 @@ mod voxels;
 
 pub use directions::{TURNS, spiral, turns};
 pub use error::Error;
+pub use glam;
 pub use grid::{FINE, Grid, NONE};
 pub use output::{Output, ShGridRaytracer};
 pub use passes::FIELD_PASSES;

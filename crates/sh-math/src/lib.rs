@@ -1,6 +1,11 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
+#[cfg(not(any(feature = "std", feature = "libm", test)))]
+compile_error!(
+    "sh-math needs a source of floating-point functions: switch on its feature `std` (the default) or `libm`"
+);
+
 mod basis;
 mod batch;
 mod dering;
@@ -22,6 +27,7 @@ mod zonal;
 pub use basis::{basis, basis_by_recurrence, unit};
 pub use batch::{BatchError, basis_batch};
 pub use dering::Mean;
+pub use glam;
 pub use gradient::{basis_and_gradient, basis_and_gradient_by_recurrence};
 pub use minimum::Minimum;
 #[cfg(feature = "half")]

@@ -6,4 +6,5 @@ pub mod cpu;
 pub mod gpu;
 mod technique;
 
+pub use glam;
 pub use technique::{Frame, Row, Technique};

@@ -9,7 +9,7 @@ use std::error::Error;
 use std::ops::Range;
 use std::time::Instant;
 
-use glam::{Affine3A, Mat4, Quat, Vec3, camera::rh};
+use glam::{Affine3A, Mat4, Quat, Vec3, Vec4};
 use indirect_core::MapView;
 use indirect_core::{Aabb, Image, Light, LightKind, Material, Scene, View};
 use indirect_gpu::wgpu::{CommandEncoder, CommandEncoderDescriptor, Device, Queue};
@@ -61,10 +61,19 @@ impl Frame {
     #[must_use]
     pub fn new(number: u32) -> Self {
         let t = number as f32 / FRAMES as f32;
-        let eye = Vec3::new(0.5, 1.8, 3.5);
-        let view = rh::view::look_to_mat4(eye, Vec3::new(-0.1, -0.3, -1.0).normalize(), Vec3::Y);
-        let [width, height] = SIZE.map(|s| s as f32);
-        let projection = rh::proj::directx::perspective_infinite_reverse(1.0, width / height, 0.05);
+        let (eye, forward) = (Vec3::new(0.5, 1.8, 3.5), Vec3::new(-0.1, -0.3, -1.0).normalize());
+        let right = forward.cross(Vec3::Y).normalize();
+        let world_from_view = Mat4::from_cols(
+            right.extend(0.0),
+            right.cross(forward).extend(0.0),
+            (-forward).extend(0.0),
+            eye.extend(1.0),
+        );
+        // 1 rad from top to bottom; NDC depth is near / depth.
+        let [scale, near] = [1.0 / 0.5_f32.tan(), 0.05];
+        let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+        let projection =
+            Mat4::from_cols(Vec4::X * (scale / aspect), Vec4::Y * scale, -Vec4::W, Vec4::Z * near);
         let LightKind::Spot { position, direction, inner_angle, outer_angle } = scenes::lights()[0] else {
             unreachable!("the first light of the scenes is a spot");
         };
@@ -74,7 +83,7 @@ impl Frame {
         };
         let turned = Quat::from_rotation_y(t) * Quat::from_rotation_x(-0.6);
         Self {
-            clip_from_world: projection * view,
+            clip_from_world: projection * world_from_view.inverse(),
             instances: [
                 place(Quat::from_rotation_x(-core::f32::consts::FRAC_PI_2), Vec3::ZERO, 2.0),
                 place(Quat::IDENTITY, Vec3::new(0.0, 2.0, -2.0), 2.0),
