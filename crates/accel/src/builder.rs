@@ -38,15 +38,29 @@ pub enum BuildPreset {
     Best,
 }
 
-/// Builds the tree. Triangles that no ray can hit (zero area by repeated vertices, not finite or absurdly far, naming a vertex or
-/// material that does not exist) are left out.
-pub(crate) fn build(scene: &Scene, preset: BuildPreset) -> Tree {
+impl BuildPreset {
+    /// The preset whose tree answers any-hit queries fastest, for structures that only shadow rays ask: pieces of split triangles, which
+    /// `Best` makes and which shorten the way to the nearest hit, are more leaves to look into for any hit.
+    ///
+    /// `ray_bench` on the atrium (256 312 triangles): 13.9 million diffuse rays a second with `Balanced` against 12.5 with `Best`; in the
+    /// Cornell box (36 triangles), where a leaf or two hold all, `Best` is faster.
+    #[must_use]
+    pub const fn for_any_hit(triangles: usize) -> Self {
+        if triangles < 1024 { Self::Best } else { Self::Balanced }
+    }
+}
+
+/// Builds the tree; also returns how many triangles are left out. Those that no ray can hit (zero area by repeated vertices, not finite or absurdly far, naming a vertex or
+/// material that does not exist) are.
+pub(crate) fn build(scene: &Scene, preset: BuildPreset) -> (Tree, usize) {
     let corners: Vec<Option<[Vec3; 3]>> =
         (0..scene.mesh.triangles.len()).into_par_iter().map(|i| corners(scene, i)).collect();
     let ids: Vec<u32> = (0..corners.len() as u32).filter(|&i| corners[i as usize].is_some()).collect();
+    let left_out = corners.len() - ids.len();
     let triangles: Vec<[Vec3; 3]> = corners.into_iter().flatten().collect();
     if triangles.is_empty() {
-        return Tree { nodes: vec![], packets: vec![], bounds: [[0.0; 3]; 2], masked: false, stack: 0 };
+        let none = Tree { nodes: vec![], packets: vec![], bounds: [[0.0; 3]; 2], masked: false, stack: 0 };
+        return (none, left_out);
     }
     let (bvh, order) = binary(&triangles, preset);
     let plan = Plan::new(&bvh, &order);
@@ -63,7 +77,8 @@ pub(crate) fn build(scene: &Scene, preset: BuildPreset) -> Tree {
     let (nodes, packets) = (emit.nodes, emit.packets);
     let root = bvh.nodes[0].aabb();
     let masked = packets.iter().any(|p| p.masked != 0);
-    Tree { nodes, packets, bounds: [root.min.to_array(), root.max.to_array()], masked, stack }
+    let bounds = [root.min.to_array(), root.max.to_array()];
+    (Tree { nodes, packets, bounds, masked, stack }, left_out)
 }
 
 /// The corners of triangle `i`, if a ray can hit it.
@@ -75,6 +90,12 @@ pub(crate) fn corners(scene: &Scene, i: usize) -> Option<[Vec3; 3]> {
     let in_range = |p: Vec3| p.abs().cmple(Vec3::splat(LARGEST)).all();
     let sound = in_range(a) && in_range(b) && in_range(c) && a != b && b != c && c != a;
     (exists && sound).then_some([a, b, c])
+}
+
+/// Ends of a box along one axis as a node holds them. Boxes grow by two to four ulp of each coordinate, after rounding no less than one
+/// and a half: with the margin of the traversal this covers all errors (see `query`).
+pub(crate) fn grown(lo: f32, hi: f32) -> [f32; 2] {
+    [lo - lo.abs() * (2.0 * f32::EPSILON), hi + hi.abs() * (2.0 * f32::EPSILON)]
 }
 
 /// A binary BVH over all triangles, one reference per leaf, and its nodes with children before parents.
@@ -293,16 +314,15 @@ impl Emit<'_> {
         done
     }
 
-    /// Fills the slots of a wide node. Boxes grow by two to four ulp of each coordinate, after rounding no less than one
-    /// and a half: with the margin of the traversal this covers all errors (see `query`).
+    /// Fills the slots of a wide node.
     fn write(&mut self, wide: usize, children: &[u32], links: &[u32]) {
         for (slot, (&n, &link)) in children.iter().zip(links).enumerate() {
             let aabb = self.bvh.nodes[n as usize].aabb();
             let node = &mut self.nodes[wide];
             for axis in 0..3 {
-                let (lo, hi) = (aabb.min[axis], aabb.max[axis]);
-                node.planes[axis].0[slot] = lo - lo.abs() * (2.0 * f32::EPSILON);
-                node.planes[axis + 3].0[slot] = hi + hi.abs() * (2.0 * f32::EPSILON);
+                let [lo, hi] = grown(aabb.min[axis], aabb.max[axis]);
+                node.planes[axis].0[slot] = lo;
+                node.planes[axis + 3].0[slot] = hi;
             }
             node.children[slot] = link;
         }

@@ -137,6 +137,14 @@ pub enum RefitError {
         /// Triangles of the scene given.
         found: usize,
     },
+    /// Another number of vertices.
+    #[error("the tree is of {expected} vertices, not {found}: build a new one")]
+    Positions {
+        /// Vertices that the tree is of.
+        expected: usize,
+        /// Vertices given.
+        found: usize,
+    },
 }
 
 /// A binary tree over the triangles of a scene as a GPU reads it, and the twin of its queries on the CPU.
@@ -152,7 +160,7 @@ impl FlatTree {
     /// The tree of `accel` as a binary one, the same for the same [`Accel`]. Triangles without area are left out.
     #[must_use]
     pub fn of(accel: &Accel<'_>) -> Self {
-        let mut arena = Arena { scene: accel.scene, branches: vec![] };
+        let mut arena = Arena { scene: &accel.scene, branches: vec![] };
         let root = arena.wide(&accel.tree);
         let mut emit = Emit { arena, nodes: vec![NO_CHILDREN], triangles: vec![], pieces: vec![], depth: 0 };
         if let Some(root) = root {

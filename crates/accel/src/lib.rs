@@ -8,10 +8,14 @@ mod builder;
 mod flat;
 mod layout;
 mod query;
+mod refit;
 mod simd;
 mod traverse;
 
-use indirect_core::{Hit, Ray, Scene};
+use std::borrow::Cow;
+
+use glam::Vec3;
+use indirect_core::{Hit, Material, Mesh, Ray, Scene};
 
 pub use builder::BuildPreset;
 pub use flat::{FlatNode, FlatTree, FlatTriangle, RefitError, STACK};
@@ -22,38 +26,92 @@ use layout::{Node, Packet, Tree};
 use query::{Any, Closest};
 use simd::Isa;
 
-/// An acceleration structure over the triangles of a scene.
+/// An acceleration structure over the triangles of a scene, which it borrows or owns.
 ///
 /// Queries are two-sided, take the scene's alpha masks into account and are watertight: a ray never passes between
 /// two triangles that share an edge or a vertex. They count hits with `0 ≤ t < t_max`. They take `&self`; share one
 /// structure among threads.
 #[derive(Debug, Clone)]
 pub struct Accel<'a> {
-    scene: &'a Scene,
+    scene: Cow<'a, Scene>,
     tree: Tree,
     unit: f32,
+    left_out: usize,
     isa: Isa,
+}
+
+/// Why triangles make no [`Accel`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BadTriangles {
+    /// An index names no position.
+    #[error("triangle {triangle} names position {index} of {positions}")]
+    Index {
+        /// The triangle.
+        triangle: usize,
+        /// What it names.
+        index: u32,
+        /// Number of positions.
+        positions: usize,
+    },
 }
 
 impl<'a> Accel<'a> {
     /// Builds the structure, on all of rayon's threads. The same scene and preset give the same structure on any number
     /// of threads.
     ///
-    /// The scene should have passed [`Scene::validate`]; triangles that are degenerate, not finite or name what does
-    /// not exist are left out.
+    /// The scene should have passed [`Scene::validate`]; triangles that are degenerate, not finite or name a vertex or material that
+    /// does not exist are left out, and [`Self::left_out`] says how many.
     #[must_use]
     pub fn build(scene: &'a Scene, preset: BuildPreset) -> Self {
-        let tree = builder::build(scene, preset);
-        let [lo, hi] = tree.bounds.map(glam::Vec3::from);
-        let unit = (hi - lo).length();
-        Self { scene, tree, unit, isa: Isa::detect() }
+        Self::of(Cow::Borrowed(scene), preset)
+    }
+
+    fn of(scene: Cow<'a, Scene>, preset: BuildPreset) -> Self {
+        let (tree, left_out) = builder::build(&scene, preset);
+        let mut accel = Self { scene, tree, unit: 0.0, left_out, isa: Isa::detect() };
+        accel.measure();
+        accel
+    }
+
+    fn measure(&mut self) {
+        let [lo, hi] = self.tree.bounds.map(Vec3::from);
+        self.unit = (hi - lo).length();
     }
 
     /// The scene it was built for.
     #[must_use]
     #[inline]
-    pub fn scene(&self) -> &'a Scene {
-        self.scene
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Triangles that no ray can hit: degenerate, not finite or absurdly far, or naming a vertex or material that does not exist. A scene
+    /// without materials is left out whole.
+    #[must_use]
+    pub const fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// Follows `scene`, the same with moved vertices: the topology of the tree stays, so that every hit is right, and queries become slow
+    /// where triangles that were neighbours no longer are. Triangles that were left out stay out; those that lose their area, or whose
+    /// vertices are not finite, are hit by no ray. About a tenth of the time of a build.
+    ///
+    /// # Errors
+    /// [`RefitError`]; the structure is then as it was.
+    pub fn refit(&mut self, scene: &'a Scene) -> Result<(), RefitError> {
+        self.refit_to(Cow::Borrowed(scene))
+    }
+
+    fn refit_to(&mut self, scene: Cow<'a, Scene>) -> Result<(), RefitError> {
+        let (expected, found) = (self.scene.mesh.triangles.len(), scene.mesh.triangles.len());
+        if expected != found {
+            return Err(RefitError::Triangles { expected, found });
+        }
+        refit::refit(&mut self.tree, &scene);
+        self.scene = scene;
+        self.measure();
+        Ok(())
     }
 
     /// The nearest hit with `0 ≤ t < ray.t_max`; of equally near ones that of the triangle with the smallest index. `None`
@@ -61,7 +119,7 @@ impl<'a> Accel<'a> {
     #[must_use]
     #[inline]
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let (tree, scene) = (&self.tree, self.scene);
+        let (tree, scene) = (&self.tree, &*self.scene);
         if tree.masked {
             self.isa.run(Closest::<true> { tree, scene, ray })
         } else {
@@ -73,7 +131,7 @@ impl<'a> Accel<'a> {
     #[must_use]
     #[inline]
     pub fn any_hit(&self, ray: &Ray) -> bool {
-        let (tree, scene) = (&self.tree, self.scene);
+        let (tree, scene) = (&self.tree, &*self.scene);
         if tree.masked {
             self.isa.run(Any::<true> { tree, scene, ray })
         } else {
@@ -96,11 +154,59 @@ impl<'a> Accel<'a> {
     }
 }
 
+impl Accel<'static> {
+    /// [`Accel::build`] for a scene that the structure keeps.
+    #[must_use]
+    pub fn owning(scene: Scene, preset: BuildPreset) -> Self {
+        Self::of(Cow::Owned(scene), preset)
+    }
+
+    /// The structure over triangles alone, each three indices into `positions`, metres: what rays hit is all that is known of them.
+    ///
+    /// # Errors
+    /// [`BadTriangles`] for an index that names no position.
+    pub fn from_triangles(
+        positions: &[Vec3],
+        indices: &[[u32; 3]],
+        preset: BuildPreset,
+    ) -> Result<Self, BadTriangles> {
+        let count = positions.len();
+        for (triangle, corners) in indices.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
+                return Err(BadTriangles::Index { triangle, index, positions: count });
+            }
+        }
+        let mesh = Mesh {
+            positions: positions.to_vec(),
+            normals: vec![Vec3::Y; count],
+            triangles: indices.to_vec(),
+            materials: vec![0; indices.len()],
+            ..Mesh::default()
+        };
+        let materials = vec![Material::diffuse("", Vec3::splat(0.5))];
+        Ok(Self::owning(Scene { mesh, materials, ..Scene::default() }, preset))
+    }
+
+    /// [`Accel::refit`] for a structure that keeps its scene: where its vertices are now.
+    ///
+    /// # Errors
+    /// [`RefitError::Positions`] for another number of them; the structure is then as it was.
+    pub fn move_to(&mut self, positions: &[Vec3]) -> Result<(), RefitError> {
+        let mesh = &mut self.scene.to_mut().mesh;
+        let (expected, found) = (mesh.positions.len(), positions.len());
+        if expected != found {
+            return Err(RefitError::Positions { expected, found });
+        }
+        mesh.positions.copy_from_slice(positions);
+        refit::refit(&mut self.tree, &self.scene);
+        self.measure();
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
-    use indirect_core::Material;
 
     /// Triangles in a regular lattice of planes, so that many rays meet edges and vertices exactly.
     fn lattice() -> Scene {

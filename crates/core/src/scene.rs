@@ -94,6 +94,28 @@ impl Mesh {
         0.5 * (b - a).cross(c - a).length()
     }
 
+    /// Appends a copy of `other`, placed by `world_from_rest`, with its materials, and returns its vertices: an instance, which
+    /// [`Self::pose`] moves. Vertices that only one of both coloured or textured get white and `(0, 0)`.
+    pub fn push_instance(&mut self, other: &Self, world_from_rest: &Affine3A) -> Range<usize> {
+        let (base, count) = (self.positions.len(), other.positions.len());
+        let normals = Self::normal_matrix(world_from_rest);
+        self.positions.extend(other.positions.iter().map(|p| world_from_rest.transform_point3(*p)));
+        self.normals.extend(other.normals.iter().map(|n| math::normalize_or(normals * *n, *n)));
+        if !(self.uvs.is_empty() && other.uvs.is_empty()) {
+            self.uvs.resize(base, Vec2::ZERO);
+            self.uvs.extend_from_slice(&other.uvs);
+            self.uvs.resize(base + count, Vec2::ZERO);
+        }
+        if !(self.colors.is_empty() && other.colors.is_empty()) {
+            self.colors.resize(base, Vec3::ONE);
+            self.colors.extend_from_slice(&other.colors);
+            self.colors.resize(base + count, Vec3::ONE);
+        }
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base as u32)));
+        self.materials.extend_from_slice(&other.materials);
+        base..base + count
+    }
+
     /// The matrix that turns normals where `matrix` moves points: its cofactors, which need no inverse, so that a flattened object
     /// has normals too. Lengths change.
     #[must_use]
