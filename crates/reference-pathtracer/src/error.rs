@@ -12,6 +12,14 @@ pub enum Error {
         /// Width and height asked for.
         size: [u32; 2],
     },
+    /// Points and normals are not as many.
+    #[error("{points} points, but {normals} normals")]
+    Points {
+        /// Number of points.
+        points: usize,
+        /// Number of normals.
+        normals: usize,
+    },
     /// Settings that contradict themselves.
     #[error("settings: {message}")]
     Settings {

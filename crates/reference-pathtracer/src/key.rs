@@ -1,5 +1,6 @@
 use core::hash::Hasher;
 
+use glam::Vec3;
 use indirect_core::{AlphaMode, LightKind, Material, Projection, Scene, TextureRef, View};
 use siphasher::sip128::{Hasher128, SipHasher13};
 
@@ -15,6 +16,19 @@ pub(crate) fn key(scene: &Scene, view: &View, size: [u32; 2], settings: &Setting
     h.scene(scene);
     h.view(view);
     h.u32s(&size);
+    h.settings(settings);
+    h.0.finish128().as_u128()
+}
+
+/// [`key`] of an estimate at points.
+pub(crate) fn of_points(scene: &Scene, points: &[Vec3], normals: &[Vec3], settings: &Settings) -> u128 {
+    let mut h = Key(SipHasher13::new());
+    h.u32(VERSION);
+    h.scene(scene);
+    for list in [points, normals] {
+        h.len(list.len());
+        list.iter().for_each(|v| h.f32s(&v.to_array()));
+    }
     h.settings(settings);
     h.0.finish128().as_u128()
 }

@@ -3,6 +3,7 @@
 
 // A file uses only what stands below it:
 //   store              estimates as files, the cache
+//   points             irradiance at points
 //   render             batches, until there are enough
 //   trial              whether an image uses virtual lights
 //   raster             the samples of a pixel
@@ -18,6 +19,7 @@ mod estimate;
 mod key;
 mod lights;
 mod path;
+mod points;
 mod raster;
 mod render;
 mod sampler;
@@ -31,6 +33,7 @@ mod vpls;
 pub use error::Error;
 pub use estimate::{Estimate, Mean};
 pub use glam;
+pub use points::{irradiance, irradiance_with};
 pub use render::{render, render_with};
 pub use settings::{Bounces, Components, EmitterSampling, PixelFilter, Samples, Settings, VirtualLights};
 pub use store::render_cached;

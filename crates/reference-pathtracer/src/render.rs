@@ -1,5 +1,6 @@
 use core::sync::atomic::{AtomicU64, Ordering};
 
+use glam::DVec3;
 use indirect_accel::Accel;
 use indirect_core::{View, math};
 use indirect_sampling::rng::hash_combine;
@@ -60,15 +61,41 @@ pub fn render_with(
     for (pixel, seen) in pixels.iter_mut().zip(&image.seen) {
         pixel.surface = seen.is_some();
     }
+    let light_paths = |index| {
+        plan.map(|plan| {
+            let seed = hash_combine(hash_combine(settings.seed, LIGHT_PATHS), index);
+            Pool::trace(&tracer, plan, image.light_paths(), seed, &rays)
+        })
+    };
+    let batch = settings.samples.batch;
+    let sample = |i, index, pool: &Option<Pool>, surface: &mut bool, traced: &mut u64| {
+        image.batch(i, index, batch, pool.as_ref(), surface, traced)
+    };
+    let batches = run(&mut pixels, settings, &rays, light_paths, sample, progress);
+    progress(1.0);
+    // The images that follow need its memory.
+    drop(image);
+    let key = key::key(accel.scene(), view, size, settings);
+    Ok(Estimate::new(size, pixels, batch, batches, rays.into_inner(), key))
+}
+
+/// Batch after batch, until there are enough: `shared` makes what all pixels of a batch share, `sample` gives the mean direct and indirect
+/// value of a pixel over a batch.
+pub(crate) fn run<S: Sync>(
+    pixels: &mut [Pixel],
+    settings: &Settings,
+    rays: &AtomicU64,
+    shared: impl Fn(u32) -> S,
+    sample: impl Fn(usize, u32, &S, &mut bool, &mut u64) -> (DVec3, DVec3) + Sync,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Vec<Batch> {
+    let count = pixels.len();
     let samples = settings.samples;
     let (done, work) = (AtomicU64::new(0), count as u64 * u64::from(samples.batches));
     let mut batches = Vec::new();
     let mut look = FIRST_LOOK;
     for index in samples.first..samples.first + samples.batches {
-        let pool = plan.map(|plan| {
-            let seed = hash_combine(hash_combine(settings.seed, LIGHT_PATHS), index);
-            Pool::trace(&tracer, plan, image.light_paths(), seed, &rays)
-        });
+        let shared = shared(index);
         // Sums per chunk, added up in order: the same bits on any number of threads.
         let sums: Vec<[f64; 2]> = pixels
             .par_chunks_mut(CHUNK)
@@ -76,14 +103,8 @@ pub fn render_with(
             .map(|(chunk, pixels)| {
                 let (mut sum, mut traced) = ([0.0; 2], 0);
                 for (i, pixel) in pixels.iter_mut().enumerate() {
-                    let (direct, indirect) = image.batch(
-                        chunk * CHUNK + i,
-                        index,
-                        samples.batch,
-                        pool.as_ref(),
-                        &mut pixel.surface,
-                        &mut traced,
-                    );
+                    let at = chunk * CHUNK + i;
+                    let (direct, indirect) = sample(at, index, &shared, &mut pixel.surface, &mut traced);
                     pixel.direct.add(direct);
                     pixel.indirect.add(indirect);
                     sum[0] += f64::from(math::luminance(direct.as_vec3()));
@@ -101,14 +122,10 @@ pub fn render_with(
             && batches.len() as u32 == look
         {
             look += look.div_ceil(2);
-            if estimate::noise(&pixels, batches.len()).iter().all(|noise| *noise <= target) {
+            if estimate::noise(pixels, batches.len()).iter().all(|noise| *noise <= target) {
                 break;
             }
         }
     }
-    progress(1.0);
-    // The images that follow need its memory.
-    drop(image);
-    let key = key::key(accel.scene(), view, size, settings);
-    Ok(Estimate::new(size, pixels, samples.batch, batches, rays.into_inner(), key))
+    batches
 }
