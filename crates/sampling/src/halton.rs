@@ -267,6 +267,13 @@ impl Halton {
         self.round(self.mirror(self.place(index), self.blocks))
     }
 
+    /// [`Self::sample`] rounded to double precision.
+    #[must_use]
+    #[inline]
+    pub fn sample_f64(&self, index: u64) -> f64 {
+        self.fraction(index).to_f64()
+    }
+
     /// Coordinates of the points `start`, `start + leap`, …
     pub fn iter(&self, start: u64, leap: u64) -> Iter<'_> {
         let step =
@@ -322,6 +329,25 @@ mod tests {
     use crate::radical::radical_inverse;
     use alloc::vec::Vec;
     use proptest::prelude::*;
+
+    #[test]
+    fn double_precision_is_the_fraction_rounded_once() {
+        for dimension in [0, 1, 5, 30] {
+            let sequence = Halton::dimension(dimension, Scrambling::None);
+            for index in [0, 1, 2, 12_345, 987_654_321] {
+                let (x, f) = (sequence.sample_f64(index), sequence.fraction(index));
+                // numerator = x · denominator to half an ulp of x, in integers: both sides times 2⁵³ fit 192 bits, here 2⁷⁴ do.
+                if f.denominator() <= 1 << 53 {
+                    assert_eq!(x, f.numerator() as f64 / f.denominator() as f64);
+                }
+                let exact = (x * 9_007_199_254_740_992.0) as u128;
+                let scaled = f.numerator() << 53;
+                let off = scaled.abs_diff(exact * f.denominator());
+                assert!(off <= f.denominator(), "{dimension} {index}");
+                assert!((x as f32 - sequence.sample(index)).abs() <= f32::EPSILON * 0.5);
+            }
+        }
+    }
 
     #[test]
     fn faure_permutations_as_published() {

@@ -15,6 +15,10 @@ mod backend {
         x.sin_cos()
     }
     #[inline]
+    pub(crate) fn cos64(x: f64) -> f64 {
+        x.cos()
+    }
+    #[inline]
     pub(crate) fn atan2(y: f32, x: f32) -> f32 {
         y.atan2(x)
     }
@@ -35,8 +39,8 @@ mod backend {
 #[cfg(not(all(feature = "std", not(feature = "libm"))))]
 mod backend {
     pub(crate) use libm::{
-        atan2f as atan2, expm1f as exp_m1, log1pf as ln_1p, powf, sincosf as sin_cos, sqrt as sqrt64,
-        sqrtf as sqrt,
+        atan2f as atan2, cos as cos64, expm1f as exp_m1, log1pf as ln_1p, powf, sincosf as sin_cos,
+        sqrt as sqrt64, sqrtf as sqrt,
     };
 }
 

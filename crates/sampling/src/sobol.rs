@@ -22,7 +22,7 @@
 //! assert_eq!(cells, [1; 16]);
 //! ```
 
-use glam::Vec2;
+use glam::{DVec2, Vec2};
 
 use crate::rng::{pcg_hash, unit_f32};
 
@@ -45,6 +45,14 @@ pub fn sample_2d(index: u32, seed: u32) -> Vec2 {
 pub fn sample_1d(index: u32, seed: u32) -> f32 {
     let seeds = Seeds::new(seed);
     unit_f32(scramble(shuffle(index, &seeds), seeds.x).reverse_bits())
+}
+
+/// [`sample_2d`] with all 32 bits, which double precision holds exactly.
+#[must_use]
+#[inline]
+pub fn sample_2d_f64(index: u32, seed: u32) -> DVec2 {
+    let [x, y] = bits_2d(index, seed);
+    DVec2::new(f64::from(x), f64::from(y)) / 4_294_967_296.0
 }
 
 /// [`sample_2d`] as 32-bit fixed point fractions.
@@ -115,6 +123,17 @@ impl Seeds {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn double_precision_holds_all_bits() {
+        for i in 0..10_000 {
+            let ([x, y], p) = (bits_2d(i, 77), sample_2d_f64(i, 77));
+            assert_eq!([p.x, p.y].map(|c| (c * 4_294_967_296.0) as u64), [x.into(), y.into()]);
+            let near = (p.as_vec2() - sample_2d(i, 77)).abs().max_element();
+            // Single precision drops the last eight bits.
+            assert!(near <= f32::EPSILON / 2.0, "{i}");
+        }
+    }
 
     #[test]
     fn pascal_is_pascals_triangle_modulo_two() {
