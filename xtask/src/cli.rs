@@ -23,6 +23,8 @@ pub(crate) enum Command {
     Report(ReportArgs),
     /// Render one image as EXR.
     Render(RenderArgs),
+    /// Bake light that does not move: probes for Bevy and three.js, light maps.
+    Bake(BakeArgs),
     /// Compare GPU and CPU pass by pass; fails on a deviation beyond the tolerance.
     Validate(ValidateArgs),
     /// Measure speed against error over the parameter ranges and write JSON.
@@ -150,6 +152,64 @@ pub(crate) struct RenderArgs {
     /// Timings, memory and what was modelled, as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
+}
+
+/// What baked light is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BakeFormat {
+    /// The 3D texture of Bevy's irradiance volume, KTX2, and where to place it.
+    Bevy,
+    /// Spherical harmonics up to l = 2 as three.js's light probes, JSON and binary.
+    Three,
+    /// An image over the second set of texture coordinates, OpenEXR.
+    Lightmap,
+}
+
+/// Reads `X,Y,Z`.
+fn probe_counts(text: &str) -> Result<[u32; 3], String> {
+    let counts: Vec<u32> =
+        text.split(',').map_while(|n| n.trim().parse().ok().filter(|n| (1..=4096).contains(n))).collect();
+    counts.try_into().map_err(|_| "must be X,Y,Z, each from 1 to 4096".to_owned())
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BakeArgs {
+    /// Path to a .gltf or .glb file, or the name of a fixture.
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// What to write; may be repeated.
+    #[arg(long, value_name = "FORMAT", default_values = ["bevy", "three"], value_delimiter = ',')]
+    pub(crate) format: Vec<BakeFormat>,
+    /// What computes the light.
+    #[arg(long, value_name = "NAME", default_value = "reference")]
+    pub(crate) technique: String,
+    /// Which light: what lights and emitters send, what arrives after being reflected, or both.
+    #[arg(long, default_value = "indirect")]
+    pub(crate) component: Component,
+    /// Reflections that are followed: a number, or `inf`.
+    #[arg(long, value_name = "N|inf")]
+    pub(crate) bounces: Option<String>,
+    /// Probes along each axis of the scene's bounds. Default: 12 along the longest.
+    #[arg(long, value_name = "X,Y,Z", value_parser = probe_counts)]
+    pub(crate) probes: Option<[u32; 3]>,
+    /// Metres from probe to probe, instead.
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    pub(crate) spacing: Option<f32>,
+    /// Texels along each side of a light map.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=8192))]
+    pub(crate) size: u32,
+    /// Samples per irradiance: 51 of them make a probe, one a texel of a light map.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) spp: u32,
+    /// Seed of the samples.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u32,
+    /// Points at which what was baked is held against the path tracer; 0 leaves it out.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub(crate) check: u32,
+    /// Folder for the files.
+    #[arg(long, value_name = "DIR", default_value = "bake")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,7 @@
 //! The harness: composes the crates of the workspace, holds techniques against the truth and their twins, and reports.
 
 mod accuracy;
+mod bake;
 mod bench_peers;
 mod ci;
 mod cli;
@@ -70,6 +71,7 @@ fn run(cli: &Cli) -> Outcome {
     match &cli.command {
         Some(Command::Report(args)) => report::run(args),
         Some(Command::Render(args)) => render::run(args),
+        Some(Command::Bake(args)) => bake::run(args),
         Some(Command::Validate(args)) => validate::run(args),
         Some(Command::Sweep(args)) => sweep::run(args),
         Some(Command::Temporal(args)) => temporal::run(args),

@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod fixtures;
+pub mod ktx2;
 pub mod png;
 
 mod error;

@@ -1,3 +1,4 @@
+use glam::Vec2;
 use indirect_core::Scene;
 
 /// What was left out on the way.
@@ -20,11 +21,14 @@ pub struct Loaded {
     pub warnings: Vec<String>,
     /// Counts.
     pub stats: LoadStats,
+    /// The second set of texture coordinates (`TEXCOORD_1`) per vertex of the scene, NaN where a primitive has none; empty where no
+    /// primitive has one or [`LoadOptions::lightmap_uvs`](crate::LoadOptions::lightmap_uvs) did not ask for it.
+    pub lightmap_uvs: Vec<Vec2>,
 }
 
 impl From<Scene> for Loaded {
     /// A scene that was built instead of read.
     fn from(scene: Scene) -> Self {
-        Self { scene, warnings: Vec::new(), stats: LoadStats::default() }
+        Self { scene, warnings: Vec::new(), stats: LoadStats::default(), lightmap_uvs: Vec::new() }
     }
 }

@@ -32,6 +32,7 @@ struct Source<'a> {
     positions: Accessor<'a>,
     normals: Option<Accessor<'a>>,
     uvs: Option<Accessor<'a>>,
+    lightmap_uvs: Option<Accessor<'a>>,
     colors: Option<Accessor<'a>>,
     material: u32,
 }
@@ -77,6 +78,9 @@ pub(super) struct MeshBuilder<'f> {
     sources: Vec<Option<Rc<[Source<'f>]>>>,
     mesh: Mesh,
     stats: LoadStats,
+    /// Whether the second texture coordinates are wanted, and what there is of them.
+    lightmap: bool,
+    lightmap_uvs: Vec<Vec2>,
     /// Per vertex of the primitive at hand: the round in which it was last copied, and where to.
     copied: Vec<(u32, u32)>,
     round: u32,
@@ -146,7 +150,7 @@ impl Survey {
         let mut triangles = 0_u64;
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let (name, material) = describe(file, index, mesh, i);
-            let source = open(file, primitive, &name, material, None)?;
+            let source = open(file, primitive, &name, material, None, false)?;
             if primitive.targets.is_some() {
                 warnings.add("morph targets are not modelled: the base mesh is used", &name);
             }
@@ -176,6 +180,7 @@ fn open<'f>(
     name: &str,
     material: usize,
     uv_set: Option<u32>,
+    lightmap: bool,
 ) -> Result<Option<Source<'f>>, SceneLoadError> {
     const DRACO: &str = "KHR_draco_mesh_compression";
     let Checked::Valid(mode) = primitive.mode else {
@@ -218,13 +223,18 @@ fn open<'f>(
             Some(set) => attribute(Semantic::TexCoords(set), &[Type::Vec2])?,
             None => None,
         },
+        lightmap_uvs: if lightmap { attribute(Semantic::TexCoords(1), &[Type::Vec2])? } else { None },
         colors: attribute(Semantic::Colors(0), &[Type::Vec3, Type::Vec4])?,
         material: material as u32,
         positions,
     };
     let vertices = source.positions.count;
-    for (what, other) in [("NORMAL", &source.normals), ("TEXCOORD", &source.uvs), ("COLOR_0", &source.colors)]
-    {
+    for (what, other) in [
+        ("NORMAL", &source.normals),
+        ("TEXCOORD", &source.uvs),
+        ("TEXCOORD_1", &source.lightmap_uvs),
+        ("COLOR_0", &source.colors),
+    ] {
         if let Some(other) = other
             && other.count < vertices
         {
@@ -241,6 +251,7 @@ impl<'f> MeshBuilder<'f> {
         uv_set: &'f [Option<u32>],
         survey: &'f Survey,
         stats: LoadStats,
+        options: &LoadOptions,
     ) -> Self {
         Self {
             file,
@@ -249,6 +260,8 @@ impl<'f> MeshBuilder<'f> {
             sources: vec![None; file.root.meshes.len()],
             mesh: Mesh::default(),
             stats,
+            lightmap: options.lightmap_uvs,
+            lightmap_uvs: Vec::new(),
             copied: Vec::new(),
             round: 0,
             clamped_color: false,
@@ -256,7 +269,7 @@ impl<'f> MeshBuilder<'f> {
     }
 
     /// The finished mesh: attributes that some primitives lack are filled up.
-    pub(super) fn finish(mut self) -> (Mesh, LoadStats) {
+    pub(super) fn finish(mut self) -> (Mesh, LoadStats, Vec<Vec2>) {
         let vertices = self.mesh.positions.len();
         if !self.mesh.uvs.is_empty() {
             self.mesh.uvs.resize(vertices, Vec2::ZERO);
@@ -264,7 +277,10 @@ impl<'f> MeshBuilder<'f> {
         if !self.mesh.colors.is_empty() {
             self.mesh.colors.resize(vertices, Vec3::ONE);
         }
-        (self.mesh, self.stats)
+        if !self.lightmap_uvs.is_empty() {
+            self.lightmap_uvs.resize(vertices, Vec2::NAN);
+        }
+        (self.mesh, self.stats, self.lightmap_uvs)
     }
 
     /// Adds all triangles of an instance.
@@ -303,7 +319,10 @@ impl<'f> MeshBuilder<'f> {
         for &i in &self.survey.solid[index] {
             let (name, material) = describe(file, index, mesh, i);
             let uv_set = self.uv_set.get(material).copied().flatten();
-            let Some(source) = open(file, &mesh.primitives[i], &name, material, uv_set)? else { continue };
+            let Some(source) = open(file, &mesh.primitives[i], &name, material, uv_set, self.lightmap)?
+            else {
+                continue;
+            };
             if uv_set.is_some() && source.uvs.is_none() {
                 warnings.add(
                     "its material is textured, but it has no texture coordinates: (0, 0) is used",
@@ -380,6 +399,10 @@ impl<'f> MeshBuilder<'f> {
         if let Some(uvs) = &source.uvs {
             self.mesh.uvs.resize(new, Vec2::ZERO);
             self.mesh.uvs.push(Vec2::from(uvs.get(v as usize)));
+        }
+        if let Some(uvs) = &source.lightmap_uvs {
+            self.lightmap_uvs.resize(new, Vec2::NAN);
+            self.lightmap_uvs.push(Vec2::from(uvs.get(v as usize)));
         }
         if let Some(colors) = &source.colors {
             let color = Vec3::from(colors.get::<3>(v as usize));

@@ -64,11 +64,11 @@ pub fn load_bytes(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Lo
     let mut stats = LoadStats::default();
     let survey = mesh::survey(&file, &nodes.instances, options, &mut warnings, &mut stats)?;
     let materials = material::read(&file, &survey.used, options, &mut warnings)?;
-    let mut builder = MeshBuilder::new(&file, &materials.uv_set, &survey, stats);
+    let mut builder = MeshBuilder::new(&file, &materials.uv_set, &survey, stats, options);
     for instance in &nodes.instances {
         builder.add(instance, &mut warnings)?;
     }
-    let (mesh, stats) = builder.finish();
+    let (mesh, stats, lightmap_uvs) = builder.finish();
     if stats.degenerate_triangles > 0 {
         warnings.add(format!("{} triangles without area were dropped", stats.degenerate_triangles), "");
     }
@@ -92,7 +92,7 @@ pub fn load_bytes(bytes: &[u8], path: &Path, options: &LoadOptions) -> Result<Lo
     };
     add_defaults(&mut scene, &mut warnings);
     scene.validate().map_err(|source| SceneLoadError::Invalid { path: display(), source })?;
-    Ok(Loaded { scene, warnings: warnings.into_lines(), stats })
+    Ok(Loaded { scene, warnings: warnings.into_lines(), stats, lightmap_uvs })
 }
 
 /// What an optional extension that this crate skips does to the picture; `None` where nothing is lost.
