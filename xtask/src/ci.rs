@@ -10,7 +10,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 use crate::cli::TestArgs;
 use crate::failure::{Failure, Outcome};
-use crate::{diagrams, fixtures, layers, packages, say, setup, validate};
+use crate::{diagrams, fixtures, layers, packages, say, setup, validate, web};
 
 /// How a step ended.
 enum End {
@@ -152,6 +152,13 @@ fn steps() -> Outcome<Vec<Step>> {
     steps.push(Step::new("validate", "GPU and CPU disagree: see the passes above", || {
         without_adapter(validate::fixtures())
     }));
+    steps.push(Step::new("browser", "what runs natively does not in a browser: see the lines above", || {
+        match web::check() {
+            Ok(()) => End::Passed,
+            Err(web::Ended::Skipped(why)) => End::Skipped(why),
+            Err(web::Ended::Failed(f)) => End::Failed(f.line()),
+        }
+    }));
     steps.push(tool("typos", &[], "fix the spelling, or add the word to typos.toml"));
     steps.push(tool("cargo-deny", &["--offline", "check", "licenses", "bans", "sources"], "see deny.toml"));
     Ok(steps)
@@ -219,7 +226,7 @@ fn no_std(published: &[&Package]) -> Step {
     })
 }
 
-fn rustup_has(target: &str) -> bool {
+pub(crate) fn rustup_has(target: &str) -> bool {
     let installed = || {
         let out = Command::new("rustup").args(["target", "list", "--installed"]).output().ok()?;
         Some(String::from_utf8_lossy(&out.stdout).lines().any(|l| l == target))

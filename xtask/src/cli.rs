@@ -47,6 +47,8 @@ pub(crate) enum Command {
     Diagrams(DiagramsArgs),
     /// Count lines of code per technique: what computes, and what only connects it.
     Loc,
+    /// Build the live page for browsers with WebGPU into target/web.
+    Web(WebArgs),
 }
 
 #[derive(Debug, Args)]
@@ -152,6 +154,16 @@ pub(crate) struct RenderArgs {
     /// Timings, memory and what was modelled, as JSON.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) stats: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct WebArgs {
+    /// Serve it on this machine until interrupted.
+    #[arg(long)]
+    pub(crate) serve: bool,
+    /// Port of the server; 0: any that is free.
+    #[arg(long, value_name = "N", default_value_t = 8080)]
+    pub(crate) port: u16,
 }
 
 /// What baked light is written as.

@@ -26,6 +26,7 @@ mod sweep;
 mod technique;
 mod temporal;
 mod validate;
+mod web;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -83,6 +84,7 @@ fn run(cli: &Cli) -> Outcome {
         Some(Command::CheckLayers) => layers::run(),
         Some(Command::Diagrams(args)) => diagrams::run(args.check),
         Some(Command::Loc) => loc::run(),
+        Some(Command::Web(args)) => web::run(args),
         // clap shows the help where there is neither a command nor --list.
         None => Ok(()),
     }

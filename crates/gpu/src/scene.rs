@@ -30,7 +30,7 @@ pub struct SceneBuffers {
 #[must_use]
 pub fn scene_layout(device: &Device) -> BindGroupLayout {
     let entry = RESOLVE.entry_point("resolve");
-    bind_group_layout(device, 0, entry.as_slice(), ShaderStages::all())
+    bind_group_layout(device, 0, entry.as_slice(), ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE)
 }
 
 fn scene_bindings() -> impl Iterator<Item = &'static Binding> {

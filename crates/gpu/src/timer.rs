@@ -1,5 +1,4 @@
-use std::time::Instant;
-
+use web_time::Instant;
 use wgpu::{
     BufferUsages, CommandEncoder, ComputePass, Device, Features, QuerySet, Queue, RenderPass,
     RenderPassDescriptor,

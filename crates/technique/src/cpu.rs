@@ -1,9 +1,8 @@
 //! Frames on the CPU.
 
-use std::time::Instant;
-
 use indirect_accel::Accel;
 use indirect_core::{GBuffer, PassTime, View};
+use web_time::Instant;
 
 use crate::{Frame, Technique};
 

@@ -167,7 +167,7 @@ fn accel_closest_hit(origin: vec3<f32>, direction: vec3<f32>, t_max: f32) -> Acc
             let second = accel_enter(ray, node.lower_1, node.upper_1, best.t);
             let child_0 = select(0u, node.child_0, first.x <= first.y);
             let child_1 = select(0u, node.child_1, second.x <= second.y);
-            next = select(child_0, child_1, child_0 == 0u || child_1 != 0u && second.x < first.x);
+            next = select(child_0, child_1, child_0 == 0u || (child_1 != 0u && second.x < first.x));
             if child_0 != 0u && child_1 != 0u {
                 // The farther one waits.
                 stack[height] = child_0 + child_1 - next;

@@ -129,5 +129,5 @@ fn bounded(kernel: f32, area: f32) -> f32 {
 /// The share of the kernel that `bounded` leaves to paths; 1 for one too large to be a number.
 fn unbounded_share(kernel: f32, area: f32) -> f32 {
     let carried = area * max(kernel, 0.0);
-    return select(1.0, carried / (1.0 + carried), carried < 3.4028235e38);
+    return select(1.0, carried / (1.0 + carried), carried < 0x1.fffffep+127f);
 }

@@ -27,7 +27,7 @@ fn along_ray(source: Vpl, u: vec2<f32>) -> Vpl {
     }
     let direction = to_world(hemisphere_cosine(u), source.normal);
     let origin = offset_ray_origin(source.position, source.normal, settings.unit);
-    let hit = accel_closest_hit(origin, direction, 3.4028235e38);
+    let hit = accel_closest_hit(origin, direction, 0x1.fffffep+127f);
     if hit.triangle >= arrayLength(&surfaces) {
         return Vpl();
     }

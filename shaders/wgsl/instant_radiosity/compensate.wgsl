@@ -78,7 +78,7 @@ fn punctual_at(q: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < settings.lights; i++) {
         let l = punctual_lights[i];
         var direction = -l.place;
-        var t_max = 3.4028235e38;
+        var t_max = 0x1.fffffep+127f;
         var irradiance = l.power;
         if l.directional == 0u {
             let v = l.place - q;

@@ -48,8 +48,8 @@ fn gather_cuts(
         gathered[pixel] = vec4(0.0);
         return;
     }
-    low = vec3(3.4028235e38);
-    high = vec3(-3.4028235e38);
+    low = vec3(0x1.fffffep+127f);
+    high = vec3(-0x1.fffffep+127f);
     for (var k = 0u; k < TILE_WIDTH * TILE_HEIGHT; k++) {
         let qx = x0 + k % TILE_WIDTH;
         let qy = y0 + k / TILE_WIDTH;

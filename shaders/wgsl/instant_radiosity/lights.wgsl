@@ -26,7 +26,7 @@ fn unshadowed_factor(vpl: Vpl, area: f32, p: vec3<f32>, n: vec3<f32>) -> f32 {
     let cosines = max(dot(n, v), 0.0) * max(-dot(vpl.normal, v), 0.0);
     let kernel = cosines * FRAC_1_PI / (d2 * d2);
     // False for NaN too: a light that coincides with the receiver gives nothing.
-    if !(kernel > 0.0 && kernel < 3.4028235e38) {
+    if !(kernel > 0.0 && kernel < 0x1.fffffep+127f) {
         return 0.0;
     }
     return bounded(kernel, area);

@@ -81,12 +81,12 @@ fn box_filter(i: u32, normal: vec3<f32>) -> vec4<f32> {
         }
     }
     if count == 0.0 {
-        return vec4(gathered[i].xyz, 3.4028235e38);
+        return vec4(gathered[i].xyz, 0x1.fffffep+127f);
     }
     let mean = sum * (1.0 / count);
     let l = luminance(mean);
     let variance = max(squares / count - l * l, 0.0) / max(count - 1.0, 1.0);
-    return vec4(mean, select(3.4028235e38, sqrt(variance), count > 1.0));
+    return vec4(mean, select(0x1.fffffep+127f, sqrt(variance), count > 1.0));
 }
 
 /// Irradiance, and the number of frames that it is the mean of.

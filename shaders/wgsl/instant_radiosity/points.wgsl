@@ -92,7 +92,7 @@ fn lit(source: Vpl, point: IsmPoint, share: f32) -> Lit {
     let normal = select(point.normal, -point.normal, dot(point.normal, v) < 0.0);
     let cosines = dot(normal, v) * max(-dot(source.normal, v), 0.0);
     let kernel = cosines * FRAC_1_PI / (d2 * d2);
-    if !(kernel > 0.0 && kernel < 3.4028235e38) {
+    if !(kernel > 0.0 && kernel < 0x1.fffffep+127f) {
         return none;
     }
     let received = point.area * share * bounded(kernel, source.area);

@@ -30,7 +30,7 @@ fn trace_photons(
 fn traced_photon(i: u32, before: Photon) -> Photon {
     var p = before;
     let origin = offset_ray_origin(p.position, p.normal, photon_settings.unit);
-    let hit = accel_closest_hit(origin, p.direction, 3.4028235e38);
+    let hit = accel_closest_hit(origin, p.direction, 0x1.fffffep+127f);
     if hit.triangle >= scene_info.triangles {
         p.state = PHOTON_ESCAPED;
         return p;

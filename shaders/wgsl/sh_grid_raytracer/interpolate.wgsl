@@ -47,7 +47,7 @@ fn add_cells(p: vec3<f32>, n: vec3<f32>, rule: u32) -> f32 {
         let place = cell_index[grid_number(vec3<u32>(cell), settings.size)];
         let v = vec3<f32>(cell) + 0.5 - x;
         let weight = cell_weight(v, n, rule);
-        if place == NO_CELL || weight <= 0.0 || rule == RULE_VISIBLE && !is_visible(p, n, v) {
+        if place == NO_CELL || weight <= 0.0 || (rule == RULE_VISIBLE && !is_visible(p, n, v)) {
             continue;
         }
         for (var c = 0u; c < settings.coefficients; c++) {

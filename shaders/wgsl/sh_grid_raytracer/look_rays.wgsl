@@ -4,7 +4,7 @@
 fn look_along(origin: vec3<f32>, direction: vec3<f32>, area: f32) -> Look {
     var look: Look;
     look.place = NO_CELL;
-    let hit = accel_closest_hit(origin, direction, 3.4028235e38);
+    let hit = accel_closest_hit(origin, direction, 0x1.fffffep+127f);
     if hit.triangle >= arrayLength(&triangle_normals) {
         return look;
     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{DependencyKind, Metadata};
 
 /// Packages that may use everything: the ones that compose the rest and are not published.
-const COMPOSERS: [&str; 2] = ["xtask", "testkit"];
+const COMPOSERS: [&str; 3] = ["live", "testkit", "xtask"];
 
 pub(super) type Edges = BTreeSet<(String, String)>;
 
