@@ -94,7 +94,9 @@ impl Maps {
         for _ in 0..maps {
             plan = plan.and(MapBuffers::plan(&sizes));
         }
-        plan.uniforms::<LightMap>("map", maps);
+        if maps > 0 {
+            plan.uniforms::<LightMap>("map", maps);
+        }
         plan.storage::<Node>("tops", maps as u64, BufferUsages::empty());
         for _ in dispatches(&PyramidLayout::new([resolution.max(1); 2])) {
             plan.uniform::<PyramidLevels>("levels");
