@@ -202,7 +202,7 @@ fn no_std(published: &[&Package]) -> Step {
         if packages.is_empty() {
             return End::Skipped("no package has a `libm` feature".into());
         }
-        if !rustup_has(TARGET) {
+        if !setup::rustup_has(TARGET) {
             return End::Skipped(format!("run `rustup target add {TARGET}` for this step"));
         }
         for package in &packages {
@@ -224,20 +224,6 @@ fn no_std(published: &[&Package]) -> Step {
         }
         End::Passed
     })
-}
-
-pub(crate) fn rustup_has(target: &str) -> bool {
-    let installed = || {
-        let out = Command::new("rustup").args(["target", "list", "--installed"]).output().ok()?;
-        Some(String::from_utf8_lossy(&out.stdout).lines().any(|l| l == target))
-    };
-    installed().unwrap_or(false)
-        || Command::new("rustup")
-            .args(["target", "add", target])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status()
-            .is_ok_and(|s| s.success())
 }
 
 /// Every published crate, built from its package, crates before those that need them: no file outside its folder is needed.

@@ -55,3 +55,18 @@ fn apt(args: &[&str]) -> bool {
         .status()
         .is_ok_and(|s| s.success())
 }
+
+/// Whether the toolchain has a target; adds it where that can be done.
+pub(crate) fn rustup_has(target: &str) -> bool {
+    let installed = || {
+        let out = Command::new("rustup").args(["target", "list", "--installed"]).output().ok()?;
+        Some(String::from_utf8_lossy(&out.stdout).lines().any(|l| l == target))
+    };
+    installed().unwrap_or(false)
+        || Command::new("rustup")
+            .args(["target", "add", target])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status()
+            .is_ok_and(|s| s.success())
+}

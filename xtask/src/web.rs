@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use clap::Parser;
 use glam::Vec3;
 use indirect_accel::{Accel, BuildPreset, cast};
 use indirect_core::Image;
 use indirect_scene::exr;
 use serde::Deserialize;
 
-use crate::cli::WebArgs;
+use crate::cli::{RenderArgs, WebArgs};
 use crate::failure::{Failure, Outcome};
-use crate::say;
+use crate::{render, say, setup};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &WebArgs) -> Outcome {
 /// Builds the page into `target/web`.
 fn build() -> Outcome<PathBuf> {
     let (root, folder) = (crate::root(), crate::target().join("web"));
-    if !super::ci::rustup_has(TARGET) {
+    if !setup::rustup_has(TARGET) {
         return Err(Failure::Check(format!("run `rustup target add {TARGET}` first")));
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -194,7 +195,7 @@ enum Posted {
 
 /// Every technique as WebAssembly on a browser's WebGPU, its shaders through the browser's compiler, each picture beside that of `render`.
 pub(crate) fn check() -> Result<(), Ended> {
-    if !super::ci::rustup_has(TARGET) {
+    if !setup::rustup_has(TARGET) {
         return Err(Ended::Skipped(format!("run `rustup target add {TARGET}` for this step")));
     }
     let Some(browser) = browser() else {
@@ -215,7 +216,7 @@ pub(crate) fn check() -> Result<(), Ended> {
     let accel = Accel::build(&scene, BuildPreset::Fast);
     let seen = cast::gbuffer(&accel, &scene.cameras[0].view([SIZE; 2]), [SIZE; 2]);
     for picture in &pictures {
-        let (mut found, wanted) = (picture.image(), render(picture)?);
+        let (mut found, wanted) = (picture.image(), rendered(picture)?);
         let mut silhouettes = 0;
         let pixels =
             found.pixels.iter_mut().zip(&wanted.pixels).zip(picture.triangles.iter().zip(&seen.triangle));
@@ -246,28 +247,26 @@ impl Picture {
     }
 }
 
-/// The same by the command line.
-fn render(picture: &Picture) -> Outcome<Image> {
+/// `render` as the command line parses it.
+#[derive(Debug, Parser)]
+struct Render {
+    #[command(flatten)]
+    args: RenderArgs,
+}
+
+/// The same by `render`.
+fn rendered(picture: &Picture) -> Outcome<Image> {
     let folder = crate::target().join("web-check");
     std::fs::create_dir_all(&folder).map_err(|e| Failure::file(&folder, e))?;
     let out = folder.join(format!("{}.exr", picture.name));
-    let me = std::env::current_exe().map_err(|e| Failure::Check(e.to_string()))?;
-    let mut command = Command::new(me);
+    let path = out.display().to_string();
     let size = format!("{0}x{0}", picture.size);
-    command.args([
-        "render",
-        "cornell_spot",
-        "--component",
-        "indirect",
-        "--size",
-        &size,
-        "--technique",
-        &picture.name,
-    ]);
-    picture.settings.split(',').filter(|s| !s.is_empty()).for_each(|s| {
-        command.args(["--set", s]);
-    });
-    succeed(command.arg("--out").arg(&out).stdout(Stdio::null()).stderr(Stdio::null()))?;
+    let mut words =
+        vec!["render", "cornell_spot", "--component", "indirect", "--size", &size, "--out", &path];
+    words.extend(["--technique", &picture.name]);
+    picture.settings.split(',').filter(|s| !s.is_empty()).for_each(|s| words.extend(["--set", s]));
+    let render = Render::try_parse_from(words).map_err(|e| Failure::Check(e.to_string()))?;
+    render::run(&render.args)?;
     exr::read_rgb(&out).map_err(|e| Failure::Check(e.to_string()))
 }
 

@@ -10,6 +10,7 @@ use indirect_core::{AlphaMode, Scene};
 
 use crate::Accel;
 use crate::builder;
+use crate::error::RefitError;
 use crate::layout::{LEAF, Tree, WIDTH};
 
 /// Entries that a traversal's stack has: no [`FlatTree`] is deeper.
@@ -123,28 +124,6 @@ fn union([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> [Vec3; 2] {
 fn half_area([lower, upper]: [Vec3; 2]) -> f32 {
     let d = (upper - lower).max(Vec3::ZERO);
     d.x * d.y + d.y * d.z + d.z * d.x
-}
-
-/// Why a tree could not be refitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RefitError {
-    /// The scene is another one: its topology differs.
-    #[error("the tree is of a scene with {expected} triangles, not {found}: build a new one")]
-    Triangles {
-        /// Triangles of the scene that the tree is of.
-        expected: usize,
-        /// Triangles of the scene given.
-        found: usize,
-    },
-    /// Another number of vertices.
-    #[error("the tree is of {expected} vertices, not {found}: build a new one")]
-    Positions {
-        /// Vertices that the tree is of.
-        expected: usize,
-        /// Vertices given.
-        found: usize,
-    },
 }
 
 /// A binary tree over the triangles of a scene as a GPU reads it, and the twin of its queries on the CPU.

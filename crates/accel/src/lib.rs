@@ -5,6 +5,7 @@ pub mod cast;
 pub mod gpu;
 
 mod builder;
+mod error;
 mod flat;
 mod layout;
 mod query;
@@ -18,7 +19,8 @@ use glam::Vec3;
 use indirect_core::{Hit, Material, Mesh, Ray, Scene};
 
 pub use builder::BuildPreset;
-pub use flat::{FlatNode, FlatTree, FlatTriangle, RefitError, STACK};
+pub use error::{BadTriangles, RefitError};
+pub use flat::{FlatNode, FlatTree, FlatTriangle, STACK};
 pub use glam;
 pub use traverse::opaque;
 
@@ -38,22 +40,6 @@ pub struct Accel<'a> {
     unit: f32,
     left_out: usize,
     isa: Isa,
-}
-
-/// Why triangles make no [`Accel`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BadTriangles {
-    /// An index names no position.
-    #[error("triangle {triangle} names position {index} of {positions}")]
-    Index {
-        /// The triangle.
-        triangle: usize,
-        /// What it names.
-        index: u32,
-        /// Number of positions.
-        positions: usize,
-    },
 }
 
 impl<'a> Accel<'a> {

@@ -26,6 +26,13 @@ impl Orbit {
         Self { camera: camera.clone(), target, yaw: 0.0, pitch: 0.0, zoom: 1.0 }
     }
 
+    /// Turns it, radians, and moves it, as a factor of its distance; the room's open side stays in view.
+    pub fn turn(&mut self, yaw: f32, pitch: f32, zoom: f32) {
+        self.yaw = (self.yaw + yaw).clamp(-1.2, 1.2);
+        self.pitch = (self.pitch + pitch).clamp(-0.6, 0.6);
+        self.zoom = (self.zoom * zoom).clamp(0.4, 1.5);
+    }
+
     /// What it sees of an image of `size` pixels.
     #[must_use]
     pub fn view(&self, size: [u32; 2]) -> View {

@@ -98,10 +98,7 @@ impl Page {
 
     /// Turns the camera, radians, and moves it, as a factor of its distance.
     pub fn orbit(&mut self, yaw: f32, pitch: f32, zoom: f32) {
-        let o = &mut self.live.orbit;
-        o.yaw = (o.yaw + yaw).clamp(-1.2, 1.2);
-        o.pitch = (o.pitch + pitch).clamp(-0.6, 0.6);
-        o.zoom = (o.zoom * zoom).clamp(0.4, 1.5);
+        self.live.orbit.turn(yaw, pitch, zoom);
     }
 
     /// Moves the light from where the scene has it, metres.

@@ -9,6 +9,7 @@ use reference_pathtracer::{Samples, Settings};
 use serde::Serialize;
 
 use super::grid::{Grid, is_inside};
+use super::irradiance::irradiance;
 use crate::cli::Component;
 use crate::failure::Outcome;
 
@@ -72,7 +73,7 @@ impl Points {
         let samples = Samples::count(spp as u32);
         let settings = Settings { samples, seed: settings.seed.wrapping_add(0x0a11), ..*settings };
         let (found, noise) =
-            super::irradiance(accel, &receivers, &settings, component, "irradiance to check against")?;
+            irradiance(accel, &receivers, &settings, component, "irradiance to check against")?;
         let mut points: Vec<Point> = receivers
             .iter()
             .zip(&found)

@@ -7,7 +7,7 @@ use indirect_scene::exr;
 use reference_pathtracer::Settings;
 use serde::Serialize;
 
-use super::{Made, irradiance};
+use super::irradiance::{Made, irradiance};
 use crate::cli::BakeArgs;
 use crate::failure::{self, Failure, Outcome};
 use crate::say;

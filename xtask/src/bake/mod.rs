@@ -2,35 +2,22 @@
 
 mod check;
 mod grid;
+mod irradiance;
 mod lightmap;
 mod probes;
 
 use indirect_accel::{Accel, BuildPreset};
 use indirect_scene::{LoadOptions, fixtures};
 use reference_pathtracer::{Bounces, Components, Samples, Settings};
-use serde::Serialize;
 
 use crate::cli::{BakeArgs, BakeFormat, Component};
 use crate::failure::{self, Failure, Outcome};
-use crate::progress;
 use crate::technique::REFERENCE;
 use crate::warn;
 
 use check::Points;
 use grid::Grid;
-
-/// What all files say of how they were made.
-#[derive(Debug, Clone, Serialize)]
-struct Made {
-    /// Of the layout of this file.
-    version: u32,
-    scene: String,
-    technique: &'static str,
-    component: String,
-    bounces: String,
-    spp: u64,
-    seed: u32,
-}
+use irradiance::Made;
 
 pub(crate) fn run(args: &BakeArgs) -> Outcome {
     if args.technique != REFERENCE {
@@ -87,27 +74,5 @@ fn settings(args: &BakeArgs) -> Outcome<Settings> {
         samples: Samples::count(args.spp),
         seed: args.seed,
         ..Settings::default()
-    })
-}
-
-/// Irradiance at points, W/m², of the component that is asked for, with a bar on a terminal.
-fn irradiance(
-    accel: &Accel<'_>,
-    receivers: &[(glam::Vec3, glam::Vec3)],
-    settings: &Settings,
-    component: Component,
-    message: &str,
-) -> Outcome<(Vec<glam::Vec3>, f64)> {
-    let (points, normals): (Vec<_>, Vec<_>) = receivers.iter().copied().unzip();
-    let bar = progress::bar(1000, message.to_owned());
-    let tell = |share: f64| bar.set_position((1000.0 * share) as u64);
-    let made = reference_pathtracer::irradiance_with(accel, &points, &normals, settings, &tell)
-        .map_err(|e| Failure::Check(e.to_string()))?;
-    bar.finish_and_clear();
-    let [direct, indirect] = made.noise();
-    Ok(match component {
-        Component::Full => (made.full().pixels, direct.max(indirect)),
-        Component::Direct => (made.direct.pixels, direct),
-        Component::Indirect => (made.indirect.pixels, indirect),
     })
 }

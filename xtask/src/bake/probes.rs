@@ -11,7 +11,7 @@ use sh_math::{Quadrature, ShL2};
 
 use super::check::{Points, error};
 use super::grid::Grid;
-use super::{Made, irradiance};
+use super::irradiance::{Made, irradiance};
 use crate::cli::{BakeArgs, BakeFormat};
 use crate::failure::{self, Failure, Outcome};
 use crate::say;

@@ -135,7 +135,7 @@ impl Pyramid {
         Ok(Self { size, levels })
     }
 
-    /// Takes levels made elsewhere, for example by a GPU, in the layout of the [module page](self). Values that do not count as
+    /// Takes levels made elsewhere, for example by a GPU, in the layout of the [module page](super). Values that do not count as
     /// importance become 0.
     ///
     /// # Errors
@@ -248,7 +248,7 @@ pub struct Warp<F> {
 }
 
 impl Warp<()> {
-    /// A warp through a pyramid over a map of `size` texels, in the layout of the [module page](self). `weight` is called
+    /// A warp through a pyramid over a map of `size` texels, in the layout of the [module page](super). `weight` is called
     /// with indices below [`pyramid_len`].
     ///
     /// # Errors

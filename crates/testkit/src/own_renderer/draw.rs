@@ -9,7 +9,7 @@ use indirect_gpu::wgpu::{
     TextureFormat, TextureUsages, TextureView,
 };
 
-use super::{Frame, INSTANCES, SIZE, albedo};
+use super::frame::{Frame, INSTANCES, SIZE, albedo};
 
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 const NORMAL: TextureFormat = TextureFormat::Rgb10a2Unorm;

@@ -9,7 +9,7 @@ use indirect_gpu::{GBufferTarget, PassTimer, Pipelines, SceneBuffers, Vec3Pad, r
 use indirect_technique::cpu::Fit;
 use indirect_technique::gpu::{GpuTechnique, Inputs, Resources};
 
-use super::{Frame, SIZE};
+use super::frame::{Frame, SIZE};
 
 /// The indirect light of `frames` frames, W/(sr·m²), drawn by the technique's own raster from triangles that are uploaded
 /// whole each frame. `views` are the maps of a scene's lights.
