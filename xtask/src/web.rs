@@ -201,6 +201,10 @@ pub(crate) fn check() -> Result<(), Ended> {
     let Some(browser) = browser() else {
         return Err(Ended::Skipped("no Chromium is installed: apt-get install chromium".to_owned()));
     };
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    if let Err(f) = bindgen(&cargo) {
+        return Err(Ended::Skipped(format!("wasm-bindgen cannot be had: {}", f.line())));
+    }
     let folder = build()?;
     let posted = visit(&browser, &folder)?;
     let pictures = match serde_json::from_slice(&posted)
