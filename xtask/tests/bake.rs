@@ -250,9 +250,11 @@ fn what_cannot_be_baked_is_refused_with_its_remedy() {
     assert!(text.contains("radiance-hints") && text.contains("reference"), "{text}");
     let text = error(&["cornell_spot", "--probes", "4,4,4", "--spacing", "1"]);
     assert!(text.contains("--probes") && text.contains("--spacing"), "{text}");
-    for spacing in ["0", "-1", "nan", "1e-9"] {
-        assert!(error(&["cornell_spot", "--spacing", spacing]).contains("probes") || spacing != "1e-9");
+    for spacing in ["0", "-1", "nan"] {
+        let text = error(&["cornell_spot", "--spacing", spacing]);
+        assert!(text.contains("--spacing") && text.contains("positive"), "{spacing}: {text}");
     }
+    assert!(error(&["cornell_spot", "--spacing", "1e-9"]).contains("2^20"));
     assert!(error(&["cornell_spot", "--probes", "4,4"]).contains("X,Y,Z"));
     assert!(error(&["cornell_spot", "--probes", "4096,4096,4096"]).contains("2^20"));
     assert!(error(&["cornell_spot", "--bounces", "two"]).contains("two"));

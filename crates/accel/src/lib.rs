@@ -81,7 +81,7 @@ impl<'a> Accel<'a> {
 
     /// Follows `scene`, the same with moved vertices: the topology of the tree stays, so that every hit is right, and queries become slow
     /// where triangles that were neighbours no longer are. Triangles that were left out stay out; those that lose their area, or whose
-    /// vertices are not finite, are hit by no ray. About a tenth of the time of a build.
+    /// vertices are not finite, are hit by no ray.
     ///
     /// # Errors
     /// [`RefitError`]; the structure is then as it was.

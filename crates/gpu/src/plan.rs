@@ -221,7 +221,6 @@ macro_rules! buffers {
         #[derive(Debug, Clone)]
         $vis struct $name { $($(#[$field_doc])* $vis $field: $crate::wgpu::Buffer,)+ }
 
-        #[allow(dead_code, reason = "a set of buffers may never be resized")]
         impl $name {
             /// What will be allocated.
             #[must_use]
@@ -246,6 +245,7 @@ macro_rules! buffers {
             ///
             /// # Errors
             /// As [`Self::new`].
+            #[allow(dead_code, reason = "a set of buffers may never be resized")]
             $vis fn resized(
                 &self,
                 device: &$crate::wgpu::Device,

@@ -84,8 +84,8 @@ impl<const N: usize, T: Value> Sh<N, T> {
     /// solid angle. `None` where there are not `width · height` texels, at least one.
     ///
     /// Row 0 is around +Y; the middle of a row looks along −Z and its right half towards +X: the direction at `(u, v)` of the unit square
-    /// is `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π(u − ½)`, `θ = πv`. Texels of coarse images are divided until a row is no higher
-    /// than 180°/256, so that the error is below `l² · 10⁻⁵` of the brightest texel's light.
+    /// is `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π(u − ½)`, `θ = πv`. Texels of coarse images are divided until a row is no
+    /// higher than 180°/256, over which a harmonic of band `l` is taken at its middle.
     ///
     /// ```
     /// use sh_math::ShL2;
